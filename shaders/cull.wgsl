@@ -2,7 +2,7 @@
 // variants: HIDES LEVELS
 // precise
 // counts: 4; with HIDES 2, LEVELS 2
-#import afterlight::culling::{Batch, batch_of, count_at, cull, culled, group_of, groups, HIDDEN, LANES, slot_of, Stand, stands, STEPS}
+#import afterlight::culling::{Batch, batch_of, count_at, cull, culled, group_of, groups, HIDDEN, LANES, slot_of, InstanceTransform, transforms, STEPS}
 
 struct Bounds {
     center: vec3<f32>,
@@ -110,14 +110,14 @@ fn is_seen(bounds: Bounds) -> bool {
 
 #ifdef LEVELS
 // The level of fewest triangles that is off by no more than is allowed, as src/visible/levels.rs has it, to the bit.
-fn level_of(batch: Batch, stand: Stand, bounds: Bounds) -> u32 {
+fn level_of(batch: Batch, transform: InstanceTransform, bounds: Bounds) -> u32 {
     let beside = max(abs(bounds.center - cull.camera) - bounds.half - cull.slack, vec3(0.0));
     let squared = beside.x * beside.x + beside.y * beside.y + beside.z * beside.z;
     let allowed = cull.allowed * select(squared, 1.0, cull.is_orthographic != 0u);
     var level = 0u;
     while level + 1u < batch.levels {
         let error = bitcast<f32>(groups[cull.levels_at + (batch.first_command + level + 1u) * 3u + 2u]);
-        if error * stand.scale > allowed {
+        if error * transform.scale > allowed {
             break;
         }
         level++;
@@ -146,7 +146,7 @@ fn compute(@builtin(workgroup_id) workgroup: vec3<u32>, @builtin(local_invocatio
         if is_seen(boxes[place]) {
             step = step_of(boxes[place]);
 #ifdef LEVELS
-            level = level_of(batch, stands[place], boxes[place]);
+            level = level_of(batch, transforms[place], boxes[place]);
 #endif
             atomicOr(&seen[step * batch.levels + level][lane / 32u], 1u << (lane % 32u));
         }

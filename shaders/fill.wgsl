@@ -2,7 +2,7 @@
 // variants: LOOKS
 // precise
 // counts: 2; with LOOKS 1
-#import afterlight::culling::{batch_of, count_at, cull, culled, group_of, groups, HIDDEN, LANES, slot_of, Stand, stands, STEPS}
+#import afterlight::culling::{batch_of, count_at, cull, culled, group_of, groups, HIDDEN, LANES, slot_of, InstanceTransform, transforms, STEPS}
 
 #ifdef LOOKS
 // The look of each (material.wgsl), two of its numbers in a word.
@@ -13,12 +13,12 @@
 var<workgroup> before: array<u32, STEPS>;
 
 // The offset of an instance from the camera, as src/visible/instances.rs has it, to the bit.
-fn offset_of(stand: Stand) -> vec3<f32> {
-    let large = vec3(stand.x.w, stand.y.w, stand.z.w);
+fn offset_of(transform: InstanceTransform) -> vec3<f32> {
+    let large = vec3(transform.x.w, transform.y.w, transform.z.w);
     let difference = large - cull.camera;
     let back = difference - large;
     let lost = (large - (difference - back)) - (cull.camera + back);
-    return difference + (lost + (stand.rest - cull.camera_rest));
+    return difference + (lost + (transform.rest - cull.camera_rest));
 }
 
 fn store(at: u32, row: vec3<f32>, offset: f32) {
@@ -47,14 +47,14 @@ fn compute(@builtin(workgroup_id) workgroup: vec3<u32>, @builtin(local_invocatio
     let batch = batch_of(group);
     if step != HIDDEN {
         let own = groups[group * 3u] + lane;
-        let stand = stands[own];
-        let offset = offset_of(stand);
+        let transform = transforms[own];
+        let offset = offset_of(transform);
         let slot = slot_of(batch, (mark >> 8u) & 255u, group);
         let place = before[step] + culled[count_at(step, slot)] + (mark >> 16u);
         let at = cull.rows_at + place * 12u;
-        store(at, stand.x.xyz, offset.x);
-        store(at + 4u, stand.y.xyz, offset.y);
-        store(at + 8u, stand.z.xyz, offset.z);
+        store(at, transform.x.xyz, offset.x);
+        store(at + 4u, transform.y.xyz, offset.y);
+        store(at + 8u, transform.z.xyz, offset.z);
 #ifdef LOOKS
         culled[cull.looks_at + place * 2u] = looks[own].x;
         culled[cull.looks_at + place * 2u + 1u] = looks[own].y;

@@ -12,6 +12,12 @@ use std::ffi::CStr;
 use std::ops::Range;
 use std::sync::OnceLock;
 
+/// Returns the edge of work groups that are as large along each axis (along two, where the third is 1). Others do not compile.
+pub(crate) const fn group_edge(size: [u32; 3]) -> u32 {
+    assert!(size[0] == size[1] && (size[2] == 1 || size[2] == size[0]), "work groups of another form");
+    size[0]
+}
+
 /// The shader of a file.
 #[derive(Debug)]
 pub struct Shader {
@@ -19,8 +25,8 @@ pub struct Shader {
     pub name: &'static str,
     /// Every variant, ascending by its flags.
     pub variants: &'static [Variant],
-    /// The facts on which this program relies beside those that the variants tell, one a line: flags, specialization constants, push constants,
-    /// structs.
+    /// The facts on which this program relies beside those that the variants tell, one a line: flags, specialization constants, constants for the
+    /// host, push constants, structs.
     pub interface: &'static str,
 }
 

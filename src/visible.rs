@@ -15,8 +15,8 @@ mod looks;
 mod occlusion;
 mod pose;
 mod previous;
+mod projection;
 mod shadows;
-mod sight;
 mod volumes;
 mod world;
 
@@ -29,9 +29,9 @@ pub use emitters::{EmitterRecord, Emitters};
 pub use instances::{CullView, Draw, InstanceList, InstanceTransform, STEPS};
 pub use levels::{LevelChoice, squared_error};
 pub use looks::PackedLook;
-pub use previous::PreviousFrame;
+pub use previous::Reprojection;
+pub use projection::{FrameProjection, clip_from_world};
 pub use shadows::{Caster, MapDraw, Receivers, ShadowCache, ShadowView};
-pub use sight::{FrameProjection, clip_from_world};
 pub use volumes::{LightRect, VolumeRecord, cone_mesh, sphere_mesh};
 pub use world::{World, WorldObject};
 

@@ -5,7 +5,7 @@
 struct Cull {
     // The sides of the view and its near plane, around the camera; normals point inside.
     planes: array<vec4<f32>, 5>,
-    // The camera's place, relative to the one that instances stand about, in two parts.
+    // The camera's place, relative to the one that transforms of instances are about, in two parts.
     camera: vec3<f32>,
     // Metres by which a box may lie beside where f32 has it.
     slack: f32,
@@ -61,7 +61,7 @@ struct Batch {
     first_group: u32,
 }
 
-struct Stand {
+struct InstanceTransform {
     // Rows of the map from the mesh, the larger part of the offset in w.
     x: vec4<f32>,
     y: vec4<f32>,
@@ -71,7 +71,7 @@ struct Stand {
     scale: f32,
 }
 
-@group(0) @binding(3) var<storage, read> stands: array<Stand>;
+@group(0) @binding(3) var<storage, read> transforms: array<InstanceTransform>;
 
 // Steps of depth, by which instances are sorted, and the instances of a group.
 const STEPS: u32 = 32u; // host

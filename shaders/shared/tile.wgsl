@@ -3,7 +3,7 @@
 #import afterlight::frame::{across, frame, ORTHOGRAPHIC}
 
 // Edge of a tile in pixels.
-const TILE: u32 = 16u;
+const TILE: u32 = 16u; // host
 
 // The volume of a tile: planes through the eye, or beside it where rays are parallel, their normals pointing inside; and an interval of distances
 // along the view.

@@ -12,7 +12,7 @@ use super::rows::{self, BarrierPosition, RowName, Rows, SyncKind};
 use crate::gpu;
 use crate::gpu::sync::Use;
 use crate::passes::{
-    InitialContents, Pass, PassName, Resource, ResourceUse, UseKind, copy, encode, overlay, present, shadow, shown,
+    ContentsIfFirst, Pass, PassName, Resource, ResourceUse, UseKind, copy, encode, overlay, present, shadow, shown,
     split,
 };
 use crate::plan::{FramePlan, Part, PartGroup, PresentTarget, Target};
@@ -410,7 +410,7 @@ impl StepList {
             (true, _) => vk::AttachmentLoadOp::LOAD,
             (
                 false,
-                UseKind::Color { first: InitialContents::Clear, .. } | UseKind::Depth { first: InitialContents::Clear },
+                UseKind::Color { first: ContentsIfFirst::Clear, .. } | UseKind::Depth { first: ContentsIfFirst::Clear },
             ) => vk::AttachmentLoadOp::CLEAR,
             (false, _) => vk::AttachmentLoadOp::DONT_CARE,
         };

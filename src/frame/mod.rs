@@ -67,7 +67,7 @@ use crate::passes::FrameContext;
 use crate::passes::copy::Copy;
 use crate::plan::{self, FramePlan};
 use crate::scene::{self, Camera, Scene, Settings};
-use crate::visible::{Eye, MapDraw, PreviousFrame, STEPS, ShadowCache, Visible, World};
+use crate::visible::{Eye, MapDraw, Reprojection, STEPS, ShadowCache, Visible, World};
 
 /// While the device draws one frame, the CPU records the next.
 const IN_FLIGHT: usize = 2;
@@ -128,7 +128,7 @@ struct Recorded {
     stale_maps: Vec<MapDraw>,
     /// The revision of the world's pose that it draws.
     pose: u64,
-    previous: Option<PreviousFrame>,
+    reprojection: Option<Reprojection>,
 }
 
 /// Draws frames of one scene with one plan.
@@ -204,7 +204,7 @@ impl Renderer {
     /// validation layer should report the missing ones.
     ///
     /// # Safety
-    /// Without a row or a bit that frames need (`proof::Frames` finds a hazard), memory of the device is read and written in any order: the driver's
+    /// Without a row or a bit that frames need (`proof::FrameModel` finds a hazard), memory of the device is read and written in any order: the driver's
     /// behaviour is then undefined.
     ///
     /// # Errors
@@ -279,8 +279,8 @@ impl Renderer {
             None => Vec::new(),
         };
         let is_averaged = self.plan.averages_over_time();
-        let previous = is_averaged.then(|| self.timeline.since(&self.world, &visible, &eye, self.plan.size));
-        let jitter = previous.as_ref().map_or(jitter, |previous| previous.jitter);
+        let reprojection = is_averaged.then(|| self.timeline.reprojection(&self.world, &visible, &eye, self.plan.size));
+        let jitter = reprojection.as_ref().map_or(jitter, |own| own.jitter);
         let uniform = FrameUniform::of(&self.world, &visible, &eye, &self.plan, jitter);
         // The submission makes them visible to the device: the row "host-to-frame".
         frame.view.write(&uniform, (&self.world, &self.plan), &visible, camera)?;
@@ -334,7 +334,7 @@ impl Renderer {
                 instances: &frame.instances,
                 culling: self.culling.as_ref(),
                 seen_set: self.seen.as_ref().map(|seen| seen.set(self.next)),
-                previous: previous.as_ref(),
+                reprojection: reprojection.as_ref(),
                 stale_maps: &stale_maps,
                 between: &|| (),
                 sorted: frame.sorted.as_ref().map(SortedIndices::raw),
@@ -358,20 +358,20 @@ impl Renderer {
             shadow_maps: visible.shadows.iter().flatten().count(),
             shadow_maps_drawn: stale_maps.len(),
         };
-        Ok(Recorded { camera: *camera, visible, stale_maps, pose: self.world.pose.revision, previous })
+        Ok(Recorded { camera: *camera, visible, stale_maps, pose: self.world.pose.revision, reprojection })
     }
 
     /// Submits what was recorded.
     fn submit(&mut self, recorded: Recorded, around: &SubmitOptions) -> Result<(), Error> {
-        let Recorded { camera, visible, stale_maps, pose, previous } = recorded;
+        let Recorded { camera, visible, stale_maps, pose, reprojection } = recorded;
         let frame = &mut self.frames[self.next];
         frame.cmd.end()?;
         frame.record_ms = milliseconds(frame.begun);
         frame.ticket = Some(self.device.submit_with(&frame.cmd, around)?);
         self.posed = pose;
         self.shadow_cache.keep(&self.world, &camera, &visible, &stale_maps);
-        if let Some(previous) = &previous {
-            self.timeline.pass(previous, &self.world, &visible);
+        if let Some(reprojection) = &reprojection {
+            self.timeline.pass(reprojection, &self.world, &visible);
         }
         self.world.previous.forget();
         self.device.collect();

@@ -191,8 +191,8 @@ impl Presenter {
     }
 
     /// The size of pictures in a window with these images.
-    fn size_in(&self, swapchain: &Swapchain, target: PresentTarget) -> [u32; 2] {
-        let is_shared = can_enlarge(swapchain, target) && self.split.is_none();
+    fn size_in(&self, swapchain: &Swapchain, present_target: PresentTarget) -> [u32; 2] {
+        let is_shared = can_enlarge(swapchain, present_target) && self.split.is_none();
         let share = self.resolution.filter(|_| is_shared).unwrap_or(1.0).clamp(0.0, 1.0);
         let extent = swapchain.extent;
         [extent.width, extent.height].map(|length| ((f64::from(length) * share).round() as u32).max(1))
@@ -454,8 +454,8 @@ fn check_surface(device: &Device, surface: &Surface) -> gpu::Result<()> {
 const COPIED_INTO: vk::ImageUsageFlags = vk::ImageUsageFlags::TRANSFER_DST;
 
 /// Returns true if pictures in these images may be smaller than the window: a blit into images that are viewed in another format would not encode.
-fn can_enlarge(swapchain: &Swapchain, target: PresentTarget) -> bool {
-    matches!(target, PresentTarget::Enlarge(_)) && swapchain.formats.own == swapchain.formats.drawn
+fn can_enlarge(swapchain: &Swapchain, present_target: PresentTarget) -> bool {
+    matches!(present_target, PresentTarget::Enlarge(_)) && swapchain.formats.own == swapchain.formats.drawn
 }
 
 /// Further uses of a swapchain's images, where the surface allows them: screenshots copy from them, SPLIT and PRESENT into them.

@@ -1,7 +1,7 @@
 //! A renderer's memory of the frame before, where frames are averaged over time.
 
 use super::jitter::JitterSequence;
-use crate::visible::{Eye, FrameProjection, PreviousFrame, Visible, World};
+use crate::visible::{Eye, FrameProjection, Reprojection, Visible, World};
 
 /// Frames a second of which a picture's frames are taken to be.
 pub const FRAMES_A_SECOND: f64 = 60.0;
@@ -46,14 +46,14 @@ impl Timeline {
     }
 
     /// Returns what the next frame needs of the last one.
-    pub fn since(&self, world: &World, visible: &Visible, eye: &Eye, size: [u32; 2]) -> PreviousFrame {
-        let now = FrameProjection::of(eye, &visible.depth, size);
+    pub fn reprojection(&self, world: &World, visible: &Visible, eye: &Eye, size: [u32; 2]) -> Reprojection {
+        let current = FrameProjection::of(eye, &visible.depth, size);
         let last = self.last.as_ref();
-        PreviousFrame {
-            now,
-            before: last.map(|last| last.projection),
+        Reprojection {
+            current,
+            previous: last.map(|last| last.projection),
             still: last.is_some_and(|last| {
-                let same = last.projection == now && last.generation == world.generation();
+                let same = last.projection == current && last.generation == world.generation();
                 same && last.changing == visible.changing()
             }),
             exposed: last.map_or(1.0, |last| world.exposure / last.exposure),
@@ -63,11 +63,11 @@ impl Timeline {
     }
 
     /// Notes a submitted frame as the last one.
-    pub fn pass(&mut self, previous: &PreviousFrame, world: &World, visible: &Visible) {
+    pub fn pass(&mut self, frame: &Reprojection, world: &World, visible: &Visible) {
         self.count = self.count.wrapping_add(1);
-        self.still = if previous.still { self.still.saturating_add(1) } else { 0 };
+        self.still = if frame.still { self.still.saturating_add(1) } else { 0 };
         self.last = Some(Last {
-            projection: previous.now,
+            projection: frame.current,
             generation: world.generation(),
             changing: visible.changing(),
             exposure: world.exposure,

@@ -14,14 +14,14 @@ use super::GpuScene;
 use crate::gpu::{self, Buffer, DescriptorPool, Device, Location, MemoryKind, SetLayout, SetWriter, binding};
 use crate::plan::{CULL_BUFFERS, FramePlan};
 use crate::scene::MOST_LEVELS;
-use crate::shaders::{cull, fill, pyramid, shared};
+use crate::shaders::{cull, fill, group_edge, pyramid, shared};
 use crate::visible::{CullView, InstanceList, InstanceTransform, LevelChoice, PackedLook, STEPS, World};
 
 /// Instances of a group, and invocations of a work group of CULL and of FILL.
 const LANES: usize = shared::culling::LANES as usize;
 const _: () = assert!(LANES == cull::WORKGROUP_SIZE[0] as usize && LANES == fill::WORKGROUP_SIZE[0] as usize);
 /// Edge of the part of the picture that a work group of PYRAMID sees, in pixels: 8 for each invocation. It finds squares of four sizes.
-const TILE: u32 = 8 * pyramid::WORKGROUP_SIZE[0];
+const TILE: u32 = 8 * group_edge(pyramid::WORKGROUP_SIZE);
 const TILE_SQUARES: u64 = 64 + 16 + 4 + 1;
 /// The share of the instances that have moved since a frame's buffers were written from which on all are written at once: one by one takes eight
 /// times as long for each.
@@ -77,7 +77,7 @@ const _: () = assert!(CULL_BUFFERS as usize == BINDINGS.len() - 1);
 const _: () = assert!(STEPS * (MOST_LEVELS + 1) == 544);
 
 const _: () = {
-    use crate::shaders::cull::structs::{bounds as box_record, cull as wgsl, stand};
+    use crate::shaders::cull::structs::{bounds as box_record, cull as wgsl, instance_transform};
     use std::mem::offset_of;
     assert!(size_of::<Uniform>() == wgsl::SIZE);
     assert!(offset_of!(Uniform, planes) == wgsl::PLANES);
@@ -104,7 +104,7 @@ const _: () = {
     assert!(offset_of!(Uniform, tiles) == wgsl::TILES);
     assert!(size_of::<BoxRecord>() == box_record::SIZE);
     assert!(offset_of!(BoxRecord, half) == box_record::HALF);
-    assert!(size_of::<InstanceTransform>() == stand::SIZE);
+    assert!(size_of::<InstanceTransform>() == instance_transform::SIZE);
 };
 
 /// The offsets, in words, of the parts of the buffer that CULL, ARRANGE and FILL write.
@@ -148,7 +148,7 @@ pub struct CullingBuffers {
     size: [u32; 2],
     has_levels: bool,
     inputs: Vec<CullingInputs>,
-    extent: CullingLayout,
+    layout: CullingLayout,
     pub states: Vec<CulledState>,
     /// Of the list that `extent` and `states` are of; none yet.
     arranged: Option<u64>,
@@ -160,7 +160,7 @@ struct CullingInputs {
     index: usize,
     uniform: Buffer,
     groups: Option<Buffer>,
-    stands: Option<Buffer>,
+    transforms: Option<Buffer>,
     boxes: Option<Buffer>,
     /// The looks of the instances, if the plan has looks.
     looks: Option<Buffer>,
@@ -221,7 +221,7 @@ impl CullingBuffers {
                     vk::BufferUsageFlags::UNIFORM_BUFFER,
                 )?,
                 groups: None,
-                stands: None,
+                transforms: None,
                 boxes: None,
                 looks: None,
                 has_looks,
@@ -237,7 +237,7 @@ impl CullingBuffers {
             size: plan.size,
             has_levels: plan.meshes.has_levels(),
             set_layout,
-            extent: CullingLayout::default(),
+            layout: CullingLayout::default(),
             states: Vec::new(),
             arranged: None,
             _pool: pool,
@@ -296,7 +296,7 @@ impl CullingBuffers {
                     if self.culled.size < extent.words as u64 * 4 {
                         self.culled = culled_buffer(device, extent.words)?;
                     }
-                    (self.extent, self.states, self.arranged) = (extent, groups.states, Some(list.arranged()));
+                    (self.layout, self.states, self.arranged) = (extent, groups.states, Some(list.arranged()));
                 }
                 own.write_all(device, world, &groups.words)?;
                 own.name(device, &self.culled, self.pyramid.as_ref());
@@ -306,7 +306,7 @@ impl CullingBuffers {
         let at = |words: usize| words as u32;
         let CullingLayout {
             groups, slots, commands, levels_at, counts_at, totals_at, draws_at, rows_at, looks_at, ..
-        } = self.extent;
+        } = self.layout;
         let uniform = Uniform {
             planes: view.planes,
             camera: view.camera.large,
@@ -356,13 +356,13 @@ impl CullingBuffers {
 
     /// Work groups across and down, a work group for each group of instances.
     pub fn groups(&self) -> [u32; 2] {
-        let groups = self.extent.groups as u32;
+        let groups = self.layout.groups as u32;
         [groups.min(COLUMNS), groups.div_ceil(COLUMNS)]
     }
 
     /// Returns the offset of a step's command, in bytes.
     pub fn command(&self, step: usize, command: u32) -> u64 {
-        ((self.extent.draws_at + (step * self.extent.commands + command as usize) * COMMAND) * 4) as u64
+        ((self.layout.draws_at + (step * self.layout.commands + command as usize) * COMMAND) * 4) as u64
     }
 
     /// Work groups of PYRAMID across and down.
@@ -387,8 +387,8 @@ impl CullingBuffers {
 
     /// Binds the instances as streams of vertices.
     pub fn bind(&self, device: &Device, cmd: vk::CommandBuffer) {
-        let rows = (super::ROWS, self.extent.rows_at);
-        let looks = self.has_looks().then_some((super::LOOK, self.extent.looks_at));
+        let rows = (super::ROWS, self.layout.rows_at);
+        let looks = self.has_looks().then_some((super::LOOK, self.layout.looks_at));
         for (stream, start) in [Some(rows), looks].into_iter().flatten() {
             // SAFETY: the buffer was created with VERTEX_BUFFER usage and outlives the frame; its rows and looks begin within it.
             unsafe { device.raw.cmd_bind_vertex_buffers(cmd, stream, &[self.culled.raw], &[start as u64 * 4]) };
@@ -398,8 +398,9 @@ impl CullingBuffers {
 
 impl CullingInputs {
     fn write_at(&mut self, world: &World, place: usize) -> gpu::Result<()> {
-        if let (Some(stands), Some(boxes)) = (&self.stands, &self.boxes) {
-            stands.write((place * size_of::<InstanceTransform>()) as u64, &world.instances.stands()[place..=place])?;
+        if let (Some(transforms), Some(boxes)) = (&self.transforms, &self.boxes) {
+            transforms
+                .write((place * size_of::<InstanceTransform>()) as u64, &world.instances.transforms()[place..=place])?;
             boxes.write((place * size_of::<BoxRecord>()) as u64, &[box_record(world, place)])?;
         }
         if let Some(looks) = &self.looks {
@@ -420,9 +421,9 @@ impl CullingInputs {
         let boxes: Vec<BoxRecord> = (0..count).map(|place| box_record(world, place)).collect();
         write_list(
             device,
-            &mut self.stands,
+            &mut self.transforms,
             &format!("instances of frame {index}"),
-            &world.instances.stands()[..count],
+            &world.instances.transforms()[..count],
         )?;
         write_list(device, &mut self.boxes, &format!("instances' boxes of frame {index}"), &boxes)?;
         if self.has_looks {
@@ -438,7 +439,7 @@ impl CullingInputs {
         let lists = [
             (1, self.groups.as_ref()),
             (2, Some(culled)),
-            (3, self.stands.as_ref()),
+            (3, self.transforms.as_ref()),
             (4, self.boxes.as_ref()),
             (LOOKS, self.looks.as_ref()),
             (PYRAMID, pyramid),

@@ -1,7 +1,7 @@
 //! ABERRATION: red and blue of the finished picture, drawn apart as a lens does. A render pass of its own, because each pixel reads others.
 
 use super::screen::RedrawPass;
-use super::{COLOR_WRITE, InitialContents, Pass, PassName, Presence, ResourceUse, SAMPLED, needed};
+use super::{COLOR_WRITE, ContentsIfFirst, Pass, PassName, Presence, ResourceUse, SAMPLED, needed};
 use crate::gpu::sync::Use;
 use crate::plan::APART;
 use crate::shaders::aberration::{self as shader, Flags, constants};
@@ -20,7 +20,7 @@ pub const PASS: Pass = Pass {
         vec![
             ResourceUse::sampled(0, plan.picture_before(APART), PICTURE_READ)
                 .because("samples the picture farther out and farther in than its pixel"),
-            ResourceUse::color(0, APART, InitialContents::Undefined, APART_WRITE)
+            ResourceUse::color(0, APART, ContentsIfFirst::Undefined, APART_WRITE)
                 .because("draws the picture with its colours apart"),
         ]
     },

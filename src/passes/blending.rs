@@ -3,16 +3,16 @@
 use ash::vk;
 
 use super::surface::Limits;
-use super::{COLOR_BLEND, DEPTH_COMPARE, InitialContents, ResourceUse};
+use super::{COLOR_BLEND, ContentsIfFirst, DEPTH_COMPARE, ResourceUse};
 use crate::plan::{FramePlan, OitTargets, Target, ToneMapping, effects};
 use crate::scene::Transparency;
 
 /// The attachments of the subpass.
 pub fn targets(plan: &FramePlan) -> Vec<ResourceUse> {
     let color =
-        |location, target, why| ResourceUse::color(location, target, InitialContents::Clear, COLOR_BLEND).because(why);
+        |location, target, why| ResourceUse::color(location, target, ContentsIfFirst::Clear, COLOR_BLEND).because(why);
     let mut touches = vec![
-        ResourceUse::depth(InitialContents::Undefined, DEPTH_COMPARE)
+        ResourceUse::depth(ContentsIfFirst::Undefined, DEPTH_COMPARE)
             .because("tests against the depth of opaque surfaces"),
     ];
     touches.extend(match plan.transparency {

@@ -20,6 +20,7 @@ use crate::gpu::{
 };
 use crate::plan::{BLOOM_LEVELS, BloomLevel, BloomPlan as Planned, FramePlan, Target};
 use crate::shaders::bloom::{self as shader, Flags, constants};
+use crate::shaders::group_edge;
 
 /// Reads the light of the picture.
 pub const HDR_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
@@ -78,7 +79,7 @@ const LEVELS: u32 = 0;
 const PICTURE: u32 = 1;
 const COMPUTE: vk::ShaderStageFlags = vk::ShaderStageFlags::COMPUTE;
 /// Edge of a work group in texels.
-const GROUP: u32 = shader::WORKGROUP_SIZE[0];
+const GROUP: u32 = group_edge(shader::WORKGROUP_SIZE);
 
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]

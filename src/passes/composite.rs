@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::screen::{InputDescriptor, InputSet, Screen, ScreenDesc, over};
 use super::{
-    COLOR_BLEND, FrameContext, INPUT_READ, InitialContents, Making, Pass, PassName, PassRecorder, Presence,
+    COLOR_BLEND, ContentsIfFirst, FrameContext, INPUT_READ, Making, Pass, PassName, PassRecorder, Presence,
     ResourceUse, Slot, needed,
 };
 use crate::gpu::{self, Device, sync::Use};
@@ -27,7 +27,7 @@ pub const PASS: Pass = Pass {
         vec![
             ResourceUse::input(0, Target::Accumulation, SUM_READ).because("reads the sums of its pixel"),
             ResourceUse::input(1, Target::Weights, SUM_READ).because("reads the sums of its pixel"),
-            ResourceUse::color(0, plan.light_target(), InitialContents::Clear, LIGHT_BLEND)
+            ResourceUse::color(0, plan.light_target(), ContentsIfFirst::Clear, LIGHT_BLEND)
                 .because("blends over the light"),
         ]
     },

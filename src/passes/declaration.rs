@@ -194,11 +194,11 @@ pub enum UseKind {
     /// A colour attachment at a location of the shader's outputs.
     Color {
         location: u32,
-        first: InitialContents,
+        first: ContentsIfFirst,
     },
     /// The depth attachment.
     Depth {
-        first: InitialContents,
+        first: ContentsIfFirst,
     },
     /// The resolve target of the samples that the subpass draws.
     Resolve,
@@ -220,7 +220,7 @@ pub enum UseKind {
 
 /// The contents of an attachment where this use is the first of the frame. They do not count after another one: then the attachment is loaded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum InitialContents {
+pub enum ContentsIfFirst {
     /// The value that [`crate::frame`] clears the target to.
     Clear,
     /// Anything: it writes every pixel that is read afterwards.
@@ -258,17 +258,17 @@ impl ResourceUse {
     }
 
     /// Draws into an attachment, or blends over it where `uses` reads.
-    pub const fn color(location: u32, target: Target, first: InitialContents, uses: Use) -> Self {
+    pub const fn color(location: u32, target: Target, first: ContentsIfFirst, uses: Use) -> Self {
         Self::target(target, UseKind::Color { location, first }, uses)
     }
 
     /// Tests against depth, and writes it where `uses` writes.
-    pub const fn depth(first: InitialContents, uses: Use) -> Self {
+    pub const fn depth(first: ContentsIfFirst, uses: Use) -> Self {
         Self::depth_of(Target::Depth, first, uses)
     }
 
     /// The same of this target.
-    pub const fn depth_of(target: Target, first: InitialContents, uses: Use) -> Self {
+    pub const fn depth_of(target: Target, first: ContentsIfFirst, uses: Use) -> Self {
         Self::target(target, UseKind::Depth { first }, uses)
     }
 

@@ -15,9 +15,9 @@ use crate::shaders::depth::{self as shader, Flags};
 use crate::visible::Draw;
 
 /// The drawn faces, which are all that sets pipelines apart.
-type CullKey = (bool, bool);
+type CullModeKey = (bool, bool);
 
-fn cull_key(key: &GeometryKey) -> CullKey {
+fn cull_key(key: &GeometryKey) -> CullModeKey {
     // With both faces drawn, the winding of the front does not matter.
     (key.two_sided, key.mirrored && !key.two_sided)
 }
@@ -25,7 +25,7 @@ fn cull_key(key: &GeometryKey) -> CullKey {
 /// A pipeline for the faces of each opaque [`GeometryKey`] of a plan.
 pub struct DepthOnly {
     layout: Owned<vk::PipelineLayout>,
-    pipelines: BTreeMap<CullKey, Owned<vk::Pipeline>>,
+    pipelines: BTreeMap<CullModeKey, Owned<vk::Pipeline>>,
 }
 
 impl DepthOnly {

@@ -7,7 +7,7 @@ use ash::vk;
 
 use super::screen::{Screen, ScreenDesc, WindowPass, replace};
 use super::{
-    COLOR_WRITE, InitialContents, NO_WINDOW, Pass, PassName, Presence, Resource, ResourceUse, SAMPLED, Slot, UseKind,
+    COLOR_WRITE, ContentsIfFirst, NO_WINDOW, Pass, PassName, Presence, Resource, ResourceUse, SAMPLED, Slot, UseKind,
     needed, shown,
 };
 use crate::gpu::{self, DescriptorPool, Device, SetLayout, SetWriter, binding, sync::Use};
@@ -33,7 +33,7 @@ pub const PASS: Pass = Pass {
         Presence::when(is_in, "no hardware encodes the window's images", why_not)
     },
     touches: |plan| {
-        let drawn = UseKind::Color { location: 0, first: InitialContents::Undefined };
+        let drawn = UseKind::Color { location: 0, first: ContentsIfFirst::Undefined };
         vec![
             ResourceUse::new(shown(plan), UseKind::Sampled { binding: 0 }, READ),
             ResourceUse::new(Resource::SwapchainImage, drawn, WRITE),

@@ -7,7 +7,7 @@ use ash::vk;
 
 use super::screen::{InputDescriptor, InputSet, Screen, ScreenDesc, add, replace};
 use super::{
-    COLOR_BLEND, FrameContext, INPUT_READ, InitialContents, Making, Pass, PassName, PassRecorder, Presence,
+    COLOR_BLEND, ContentsIfFirst, FrameContext, INPUT_READ, Making, Pass, PassName, PassRecorder, Presence,
     ResourceUse, SetLayouts, Slot, air, frame_data, needed,
 };
 use crate::gpu::{self, Device, sync::Use};
@@ -32,7 +32,7 @@ pub const PASS: Pass = Pass {
     touches: |plan| {
         let own = [
             ResourceUse::input(0, Target::Depth, DEPTH_READ).because("reads the depth of its pixel"),
-            ResourceUse::color(0, plan.light_target(), InitialContents::Clear, LIGHT_BLEND)
+            ResourceUse::color(0, plan.light_target(), ContentsIfFirst::Clear, LIGHT_BLEND)
                 .because("blends over the light"),
             frame_data(),
         ];

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::screen::replace;
 use super::surface::{Limits, LitDesc, SurfacePipelines, lit_pipeline, opaque_depth};
 use super::{
-    COLOR_WRITE, EARLY_DEPTH_READ, FrameContext, InitialContents, LATE_DEPTH_WRITE, Pass, PassName, PassRecorder,
+    COLOR_WRITE, ContentsIfFirst, EARLY_DEPTH_READ, FrameContext, LATE_DEPTH_WRITE, Pass, PassName, PassRecorder,
     Presence, ResourceUse, SAMPLED, SetLayouts, Slot, culled, frame_data, maps, meshes, sky_light,
 };
 use crate::gpu::{self, Device, sync::Use};
@@ -36,9 +36,9 @@ pub const PASS: Pass = Pass {
     },
     touches: |plan| {
         let drawn = [
-            ResourceUse::depth(InitialContents::Clear, DEPTH_TEST)
+            ResourceUse::depth(ContentsIfFirst::Clear, DEPTH_TEST)
                 .because("clears depth, tests against it and writes it"),
-            ResourceUse::color(0, plan.light_target(), InitialContents::Clear, LIGHT_WRITE)
+            ResourceUse::color(0, plan.light_target(), ContentsIfFirst::Clear, LIGHT_WRITE)
                 .because("clears the light and draws it"),
             frame_data(),
         ];

@@ -1,7 +1,7 @@
 //! FXAA: edges of the finished picture, smoothed. A render pass of its own, because each pixel reads its neighbours.
 
 use super::screen::RedrawPass;
-use super::{COLOR_WRITE, InitialContents, Pass, PassName, Presence, ResourceUse, SAMPLED, needed};
+use super::{COLOR_WRITE, ContentsIfFirst, Pass, PassName, Presence, ResourceUse, SAMPLED, needed};
 use crate::gpu::sync::Use;
 use crate::plan::SMOOTHED;
 use crate::shaders::fxaa::{self as shader, Flags};
@@ -20,7 +20,7 @@ pub const PASS: Pass = Pass {
         vec![
             ResourceUse::sampled(0, plan.picture_before(SMOOTHED), OUTPUT_READ)
                 .because("samples the picture around its pixel"),
-            ResourceUse::color(0, SMOOTHED, InitialContents::Undefined, PICTURE_WRITE)
+            ResourceUse::color(0, SMOOTHED, ContentsIfFirst::Undefined, PICTURE_WRITE)
                 .because("draws the smoothed picture"),
         ]
     },

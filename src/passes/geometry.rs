@@ -7,7 +7,7 @@ use ash::vk;
 use super::screen::{add, replace};
 use super::surface::{SurfaceDesc, SurfacePipelines, opaque_depth, surface_pipeline};
 use super::{
-    COLOR_BLEND, EARLY_DEPTH_READ, FrameContext, InitialContents, LATE_DEPTH_WRITE, Pass, PassName, PassRecorder,
+    COLOR_BLEND, ContentsIfFirst, EARLY_DEPTH_READ, FrameContext, LATE_DEPTH_WRITE, Pass, PassName, PassRecorder,
     Presence, ResourceUse, SetLayouts, Slot, culled, frame_data, meshes, needed,
 };
 use crate::gpu::{self, Device, Owned, sync::Use};
@@ -45,19 +45,19 @@ fn touches(plan: &FramePlan) -> Vec<ResourceUse> {
     // adds up is cleared.
     // Except for AMBIENT, which finds its texels by normal, position and roughness: some drivers (lavapipe) filter several pixels in one way, which at a
     // silhouette may be that of a pixel of which nothing was written.
-    let finds_texels = if plan.adds_ambient() { InitialContents::Clear } else { InitialContents::Undefined };
+    let finds_texels = if plan.adds_ambient() { ContentsIfFirst::Clear } else { ContentsIfFirst::Undefined };
     let locations = [
-        (0, Target::Albedo, InitialContents::Undefined, COLOR_WRITE),
+        (0, Target::Albedo, ContentsIfFirst::Undefined, COLOR_WRITE),
         (1, Target::Normal, finds_texels, COLOR_WRITE),
         (2, Target::Material, finds_texels, COLOR_WRITE),
-        (4, Target::Specular, InitialContents::Undefined, COLOR_WRITE),
+        (4, Target::Specular, ContentsIfFirst::Undefined, COLOR_WRITE),
         (5, Target::Position, finds_texels, COLOR_WRITE),
-        (0, Target::Count, InitialContents::Clear, COUNT_BLEND),
-        (0, Target::Triangle, InitialContents::Undefined, COLOR_WRITE),
+        (0, Target::Count, ContentsIfFirst::Clear, COUNT_BLEND),
+        (0, Target::Triangle, ContentsIfFirst::Undefined, COLOR_WRITE),
     ];
     let drawn = locations.into_iter().filter(|&(_, target, ..)| plan.format_of(target).is_some());
     let mut touches = vec![
-        ResourceUse::depth(InitialContents::Clear, DEPTH_TEST).because("clears depth, tests against it and writes it"),
+        ResourceUse::depth(ContentsIfFirst::Clear, DEPTH_TEST).because("clears depth, tests against it and writes it"),
         frame_data(),
     ];
     touches.extend(drawn.map(|(location, target, first, uses)| {
@@ -69,7 +69,7 @@ fn touches(plan: &FramePlan) -> Vec<ResourceUse> {
     }));
     if plan.emissive {
         touches.push(
-            ResourceUse::color(3, plan.light_target(), InitialContents::Clear, COLOR_WRITE)
+            ResourceUse::color(3, plan.light_target(), ContentsIfFirst::Clear, COLOR_WRITE)
                 .because("writes emitted light"),
         );
     }

@@ -8,6 +8,7 @@ use super::per_pixel::{ImageBinding, PerPixelDesc, PerPixelPass};
 use super::{FrameContext, Making, Pass, PassName, PassRecorder, Presence, ResourceUse, needed};
 use crate::gpu::{self, Device, sync::Use};
 use crate::plan::{FramePlan, HIZ, Hiz, Target};
+use crate::shaders::group_edge;
 use crate::shaders::hiz::{self as shader, Flags};
 
 /// Reads the depth of each pixel.
@@ -60,7 +61,7 @@ impl PassRecorder for HizPass {
     /// Runs outside any render pass.
     fn record(&self, recording: &FrameContext) {
         // A work group for each tile.
-        self.pass.dispatch(recording, self.tiles.map(|count| count * shader::WORKGROUP_SIZE[0]));
+        self.pass.dispatch(recording, self.tiles.map(|count| count * group_edge(shader::WORKGROUP_SIZE)));
     }
 
     fn rebind(&mut self, own: &Making) -> gpu::Result<()> {

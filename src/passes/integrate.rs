@@ -7,6 +7,7 @@ use ash::vk;
 use super::{FrameContext, Pass, PassName, PassRecorder, Presence, ResourceUse, air, frame_data, needed};
 use crate::gpu::{self, Device, Owned, ShaderStage, compute_pipeline, pipeline_layout, sync::Use};
 use crate::plan::{FramePlan, FroxelPlan};
+use crate::shaders::group_edge;
 use crate::shaders::integrate::{self as shader, Flags, constants};
 
 /// Reads the light of each froxel.
@@ -34,7 +35,7 @@ pub const PASS: Pass = Pass {
 };
 
 /// Edge of a work group in columns.
-const GROUP: u32 = shader::WORKGROUP_SIZE[0];
+const GROUP: u32 = group_edge(shader::WORKGROUP_SIZE);
 
 /// The pass.
 pub struct IntegratePass {

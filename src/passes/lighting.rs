@@ -6,7 +6,7 @@ use ash::vk;
 
 use super::screen::{InputDescriptor, InputSet, Screen, ScreenDesc, add, replace};
 use super::{
-    COLOR_BLEND, COLOR_WRITE, DEPTH_COMPARE, FrameContext, INPUT_READ, InitialContents, Making, Pass, PassName,
+    COLOR_BLEND, COLOR_WRITE, ContentsIfFirst, DEPTH_COMPARE, FrameContext, INPUT_READ, Making, Pass, PassName,
     PassRecorder, Presence, ResourceUse, SAMPLED, SetLayouts, Slot, frame_data, gbuffer_inputs, maps, needed,
 };
 use crate::gpu::{self, Device, sync::Use};
@@ -52,10 +52,10 @@ fn touches(plan: &FramePlan) -> Vec<ResourceUse> {
             .because("reads its own pixel of the G-buffer")
     };
     let mut touches: Vec<_> = gbuffer_inputs(plan).into_iter().map(input).collect();
-    touches.push(ResourceUse::color(0, plan.light_target(), InitialContents::Clear, light).because("writes the light"));
+    touches.push(ResourceUse::color(0, plan.light_target(), ContentsIfFirst::Clear, light).because("writes the light"));
     if plan.lighting_tests_depth() {
         touches.push(
-            ResourceUse::depth(InitialContents::Undefined, DEPTH_READ).because("compares with the depth of the sky"),
+            ResourceUse::depth(ContentsIfFirst::Undefined, DEPTH_READ).because("compares with the depth of the sky"),
         );
     }
     touches.push(frame_data());

@@ -93,7 +93,7 @@ mod spirv;
 pub mod spread;
 mod surface;
 
-pub use declaration::{InitialContents, Pass, PassName, Presence, Resource, ResourceUse, UseKind};
+pub use declaration::{ContentsIfFirst, Pass, PassName, Presence, Resource, ResourceUse, UseKind};
 pub use object::{Making, PassObject, PassRecorder};
 pub use per_pixel::{ImageBinding, PerPixelPass};
 pub use screen::InputDescriptor;
@@ -108,7 +108,7 @@ use crate::gpu_scene::{
 };
 use crate::plan::{FramePlan, IndexWidth, PresentTarget, Shading, Target, TexturePlan};
 use crate::shaders::Variant;
-use crate::visible::{MapDraw, PreviousFrame, Visible, World, WorldObject};
+use crate::visible::{MapDraw, Reprojection, Visible, World, WorldObject};
 
 /// Shaders read what the CPU wrote for their frame.
 pub const FRAME_READ: Use = Use::new(
@@ -288,7 +288,7 @@ pub struct FrameContext<'a> {
     /// The placing of opaque objects, where the device finds the visible ones among them.
     pub culling: Option<&'a CullingBuffers>,
     /// The frame before, where frames are averaged over time.
-    pub previous: Option<&'a PreviousFrame>,
+    pub reprojection: Option<&'a Reprojection>,
     /// Shadow maps that this frame draws anew.
     pub stale_maps: &'a [MapDraw],
     /// Records the barrier between two steps of a pass that has several.

@@ -7,7 +7,7 @@ use ash::vk;
 
 use super::depth_only::DepthOnly;
 use super::{
-    EARLY_DEPTH_READ, FrameContext, InitialContents, LATE_DEPTH_WRITE, Pass, PassName, PassRecorder, ResourceUse, Slot,
+    ContentsIfFirst, EARLY_DEPTH_READ, FrameContext, LATE_DEPTH_WRITE, Pass, PassName, PassRecorder, ResourceUse, Slot,
     culling, frame_data, meshes,
 };
 use crate::gpu::{self, Device, sync::Use};
@@ -22,7 +22,7 @@ pub const PASS: Pass = Pass {
     what: "depth of the largest objects, which may hide others",
     presence: culling::hiding,
     touches: |plan| {
-        let depth = ResourceUse::depth_of(Target::Occluders, InitialContents::Clear, DEPTH_TEST)
+        let depth = ResourceUse::depth_of(Target::Occluders, ContentsIfFirst::Clear, DEPTH_TEST)
             .because("clears the depth of large objects and draws it");
         [depth, frame_data()].into_iter().chain(meshes(plan)).collect()
     },

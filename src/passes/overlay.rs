@@ -11,7 +11,7 @@ use bytemuck::{Pod, Zeroable};
 
 use super::screen::{WindowPass, over, sampled_bindings, sampled_set, stages};
 use super::{
-    COLOR_BLEND, InitialContents, NO_WINDOW, Pass, PassName, Presence, Resource, ResourceUse, SAMPLED, UseKind, needed,
+    COLOR_BLEND, ContentsIfFirst, NO_WINDOW, Pass, PassName, Presence, Resource, ResourceUse, SAMPLED, UseKind, needed,
     shown,
 };
 use crate::gpu::{
@@ -31,7 +31,7 @@ pub const PASS: Pass = Pass {
     what: "draws panels over the picture",
     presence: |plan| Presence::when(plan.presented.is_some(), "only while panels are shown", NO_WINDOW),
     touches: |plan| {
-        let drawn = UseKind::Color { location: 0, first: InitialContents::Undefined };
+        let drawn = UseKind::Color { location: 0, first: ContentsIfFirst::Undefined };
         vec![ResourceUse::new(shown(plan), drawn, BLEND), ResourceUse::resource(Resource::PanelTextures, TEXTURE_READ)]
     },
     leave_out: None,

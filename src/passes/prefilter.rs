@@ -14,6 +14,7 @@ use crate::gpu::{
 };
 use crate::gpu_scene::{BASE_EDGE, LOBE_EDGE, LOBE_LEVELS, SkyMaps, TABLE_EDGE};
 use crate::plan::SkyPlan;
+use crate::shaders::group_edge;
 use crate::shaders::prefilter::{self as shader, Flags};
 
 impl PassName {
@@ -30,7 +31,7 @@ pub const LIGHT_WRITE: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk
 const SOURCE_EDGE: u32 = 32;
 /// Directions of the table's sums, and invocations of a work group along an edge.
 const TABLE_SAMPLES: u32 = 1024;
-const GROUP: u32 = shader::WORKGROUP_SIZE[0];
+const GROUP: u32 = group_edge(shader::WORKGROUP_SIZE);
 
 const COMPUTE: vk::ShaderStageFlags = vk::ShaderStageFlags::COMPUTE;
 

@@ -14,6 +14,7 @@ use crate::gpu::{
 };
 use crate::plan::{FramePlan, FroxelPlan};
 use crate::scene::{Fog, ShadowFilter};
+use crate::shaders::group_edge;
 use crate::shaders::scatter::{self as shader, Flags, constants};
 
 /// Writes the light of each froxel.
@@ -38,7 +39,7 @@ pub const PASS: Pass = Pass {
 };
 
 /// Edge of a work group in froxels.
-const GROUP: u32 = shader::WORKGROUP_SIZE[0];
+const GROUP: u32 = group_edge(shader::WORKGROUP_SIZE);
 
 /// The pass.
 pub struct ScatterPass {

@@ -10,7 +10,7 @@ use glam::Vec4;
 use super::spirv::with_cells;
 use super::surface::textured_stages;
 use super::{
-    EARLY_DEPTH_WRITE, FrameContext, InitialContents, LATE_DEPTH_WRITE, MeshDraws, Pass, PassName, PassRecorder,
+    ContentsIfFirst, EARLY_DEPTH_WRITE, FrameContext, LATE_DEPTH_WRITE, MeshDraws, Pass, PassName, PassRecorder,
     Presence, Resource, ResourceUse, Slot, UseKind, frame_data, meshes, needed,
 };
 use crate::gpu::{
@@ -40,7 +40,7 @@ pub const PASS: Pass = Pass {
         None => Presence::Out(plan.reasons.shadow.clone()),
     },
     touches: |plan| {
-        let how = UseKind::Depth { first: InitialContents::Clear };
+        let how = UseKind::Depth { first: ContentsIfFirst::Clear };
         let map = ResourceUse::new(Resource::ShadowMaps, how, MAP_CLEAR.or(MAP_STORE))
             .because("clears and draws the maps that have changed");
         [map, frame_data()].into_iter().chain(meshes(plan)).collect()

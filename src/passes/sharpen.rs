@@ -7,7 +7,7 @@ use ash::vk;
 
 use super::screen::{Screen, ScreenDesc, replace};
 use super::{
-    COLOR_READ, COLOR_WRITE, FrameContext, InitialContents, Making, Pass, PassName, PassRecorder, Presence, Resource,
+    COLOR_READ, COLOR_WRITE, ContentsIfFirst, FrameContext, Making, Pass, PassName, PassRecorder, Presence, Resource,
     ResourceUse, SAMPLED, Slot, needed,
 };
 use crate::gpu::{self, Buffer, DescriptorPool, Device, SetLayout, SetWriter, binding, sync::Use};
@@ -27,7 +27,7 @@ pub const PASS: Pass = Pass {
     touches: |_| {
         vec![
             ResourceUse::resource(Resource::Kept(TAA_MEAN), HISTORY_READ).because("reads what TAA averaged"),
-            ResourceUse::color(0, Target::Hdr, InitialContents::Undefined, LIGHT_WRITE)
+            ResourceUse::color(0, Target::Hdr, ContentsIfFirst::Undefined, LIGHT_WRITE)
                 .because("overwrites the light that TAA has read"),
         ]
     },

@@ -17,9 +17,10 @@ use crate::gpu::{
     compute_pipeline, pipeline_layout, sync::Use,
 };
 use crate::plan::{FramePlan, TAA_MEAN, TaaPlan, Target, VECTORS, Vectors};
+use crate::shaders::group_edge;
 use crate::shaders::taa::host::{FOLLOWS, LOOKS_ELSEWHERE, STILL};
 use crate::shaders::taa::{self as shader, Flags, constants};
-use crate::visible::PreviousFrame;
+use crate::visible::Reprojection;
 
 /// Reads light, depth and vectors, of a pixel and its neighbours.
 pub const FRAME_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
@@ -61,7 +62,7 @@ const DEPTH: u32 = 3;
 const VELOCITY: u32 = 4;
 const COMPUTE: vk::ShaderStageFlags = vk::ShaderStageFlags::COMPUTE;
 /// Edge of a work group in pixels.
-const GROUP: u32 = shader::WORKGROUP_SIZE[0];
+const GROUP: u32 = group_edge(shader::WORKGROUP_SIZE);
 
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
@@ -138,7 +139,7 @@ impl TaaPass {
 impl PassRecorder for TaaPass {
     /// Runs outside any render pass.
     fn record(&self, recording: &FrameContext) {
-        let Some(previous) = recording.previous else { return };
+        let Some(frame) = recording.reprojection else { return };
         let (raw, cmd, point) = (&recording.device.raw, recording.cmd, vk::PipelineBindPoint::COMPUTE);
         let [across, down] = recording.size.map(|edge| edge.div_ceil(GROUP));
         // SAFETY: `cmd` is being recorded outside a render pass; the set and the push constants are those of the layout. The pass owns all of it and outlives
@@ -146,7 +147,7 @@ impl PassRecorder for TaaPass {
         unsafe {
             raw.cmd_bind_pipeline(cmd, point, self.pipeline.raw);
             raw.cmd_bind_descriptor_sets(cmd, point, self.layout.raw, 0, &[self.sets[recording.place]], &[]);
-            raw.cmd_push_constants(cmd, self.layout.raw, COMPUTE, 0, bytemuck::bytes_of(&push(previous)));
+            raw.cmd_push_constants(cmd, self.layout.raw, COMPUTE, 0, bytemuck::bytes_of(&push(frame)));
             raw.cmd_dispatch(cmd, across, down, 1);
         }
     }
@@ -164,18 +165,18 @@ impl PassRecorder for TaaPass {
     }
 }
 
-fn push(previous: &PreviousFrame) -> TaaPush {
-    let before = previous.before.as_ref().unwrap_or(&previous.now);
+fn push(frame: &Reprojection) -> TaaPush {
+    let before = frame.previous.as_ref().unwrap_or(&frame.current);
     let flag = |bit, is_set| if is_set { bit } else { 0 };
     TaaPush {
-        moved: before.moved_from(&previous.now),
-        jitter: previous.jitter.map(|offset| offset as f32),
-        depths: previous.now.depths(),
+        moved: before.moved_from(&frame.current),
+        jitter: frame.jitter.map(|offset| offset as f32),
+        depths: frame.current.depths(),
         depths_before: before.depths(),
-        flags: flag(FOLLOWS, previous.before.is_some())
-            | flag(STILL, previous.still)
-            | flag(LOOKS_ELSEWHERE, *before != previous.now),
-        exposed: previous.exposed,
+        flags: flag(FOLLOWS, frame.previous.is_some())
+            | flag(STILL, frame.still)
+            | flag(LOOKS_ELSEWHERE, *before != frame.current),
+        exposed: frame.exposed,
     }
 }
 

@@ -21,6 +21,7 @@ use crate::gpu_scene::VisibilityLookup;
 use crate::plan::{FramePlan, HDR, OUTPUT_PLAIN, Shading, Target, ToneMapping};
 use crate::scene::TextureSlot;
 use crate::shaders::tiled::{self as shader, Flags, constants};
+use crate::shaders::{group_edge, shared};
 use crate::visible::World;
 
 /// Reads the stored G-buffer.
@@ -91,7 +92,8 @@ pub fn stored_inputs(plan: &FramePlan) -> Vec<(u32, Target)> {
 const COMPUTE: vk::ShaderStageFlags = vk::ShaderStageFlags::COMPUTE;
 
 /// Edge of a tile in pixels.
-const TILE: u32 = shader::WORKGROUP_SIZE[0];
+const TILE: u32 = shared::tile::TILE;
+const _: () = assert!(TILE == group_edge(shader::WORKGROUP_SIZE));
 
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]

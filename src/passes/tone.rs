@@ -6,7 +6,7 @@ use ash::vk;
 
 use super::screen::{Screen, ScreenDesc, replace};
 use super::{
-    COLOR_BLEND, FrameContext, InitialContents, Pass, PassName, PassRecorder, Presence, ResourceUse, SetLayouts, Slot,
+    COLOR_BLEND, ContentsIfFirst, FrameContext, Pass, PassName, PassRecorder, Presence, ResourceUse, SetLayouts, Slot,
     frame_data, needed,
 };
 use crate::gpu::{self, Device, sync::Use};
@@ -25,7 +25,7 @@ pub const PASS: Pass = Pass {
     },
     touches: |plan| {
         vec![
-            ResourceUse::color(0, plan.picture(), InitialContents::Undefined, PICTURE_BLEND)
+            ResourceUse::color(0, plan.picture(), ContentsIfFirst::Undefined, PICTURE_BLEND)
                 .because("multiplies what is finished of its pixel"),
             frame_data(),
         ]

@@ -3,7 +3,7 @@
 use super::screen::{InputSet, Screen, ScreenDesc, replace};
 use super::spread::{self, SpreadLight};
 use super::{
-    COLOR_WRITE, FrameContext, INPUT_READ, InitialContents, Making, Pass, PassName, PassRecorder, Presence,
+    COLOR_WRITE, ContentsIfFirst, FrameContext, INPUT_READ, Making, Pass, PassName, PassRecorder, Presence,
     ResourceUse, needed,
 };
 use crate::gpu::{self, sync::Use};
@@ -34,7 +34,7 @@ pub const PASS: Pass = Pass {
         let light = ResourceUse::input(0, Target::Hdr, HDR_READ)
             .of_all_samples(plan.msaa > 1)
             .because("reads the light of its pixel");
-        let output = ResourceUse::color(0, Target::Output, InitialContents::Undefined, OUTPUT_WRITE)
+        let output = ResourceUse::color(0, Target::Output, ContentsIfFirst::Undefined, OUTPUT_WRITE)
             .because("draws the picture");
         [light, output].into_iter().chain(spread::touch(plan)).collect()
     },

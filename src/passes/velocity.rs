@@ -12,7 +12,7 @@ use glam::Vec4;
 
 use super::screen::{replace, stages};
 use super::{
-    COLOR_WRITE, DEPTH_COMPARE, EARLY_DEPTH_READ, FrameContext, InitialContents, MeshDraws, Pass, PassName,
+    COLOR_WRITE, ContentsIfFirst, DEPTH_COMPARE, EARLY_DEPTH_READ, FrameContext, MeshDraws, Pass, PassName,
     PassRecorder, Presence, Resource, ResourceUse, Slot, frame_data, meshes, needed,
 };
 use crate::gpu::{self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, pipeline_layout, sync::Use};
@@ -39,9 +39,9 @@ pub const PASS: Pass = Pass {
     },
     touches: |plan| {
         let own = [
-            ResourceUse::depth(InitialContents::Undefined, DEPTH_READ)
+            ResourceUse::depth(ContentsIfFirst::Undefined, DEPTH_READ)
                 .because("draws where depth is that of the picture"),
-            ResourceUse::color(0, VECTORS, InitialContents::Clear, VECTOR_WRITE)
+            ResourceUse::color(0, VECTORS, ContentsIfFirst::Clear, VECTOR_WRITE)
                 .because("clears the vectors and writes them"),
             frame_data(),
         ];
@@ -121,8 +121,8 @@ impl VelocityPass {
 impl PassRecorder for VelocityPass {
     /// Draws the objects that have moved since the frame before. Runs inside its subpass.
     fn record(&self, recording: &FrameContext) {
-        let Some(previous) = recording.previous else { return };
-        let Some(before) = &previous.before else { return };
+        let Some(frame) = recording.reprojection else { return };
+        let Some(before) = &frame.previous else { return };
         recording.set_area();
         recording.bind_set(self.layout.raw, 0, recording.frame_set);
         for deformed in [false, true] {
@@ -130,7 +130,7 @@ impl PassRecorder for VelocityPass {
             let Some(pipeline) = pipeline else { continue };
             let object = |index: usize| &recording.world.objects[index];
             let mut own =
-                previous.moved.iter().filter(|moved| object(moved.draw.object).deform.is_some() == deformed).peekable();
+                frame.moved.iter().filter(|moved| object(moved.draw.object).deform.is_some() == deformed).peekable();
             if own.peek().is_none() {
                 continue;
             }
@@ -139,7 +139,7 @@ impl PassRecorder for VelocityPass {
             let mut meshes = MeshDraws::new(recording, streams);
             for moved in own {
                 let object = object(moved.draw.object);
-                let (was, is) = (before.rows(&moved.before), previous.now.rows(&object.transform));
+                let (was, is) = (before.rows(&moved.before), frame.current.rows(&object.transform));
                 let push = VelocityPush { before: was.place, distance: is.distance, distance_before: was.distance };
                 recording.push(self.layout.raw, STAGES, &push);
                 meshes.draw(object, moved.draw.level, None, moved.draw.instances());

@@ -6,7 +6,7 @@ use ash::vk;
 
 use super::screen::{InputDescriptor, InputSet, Screen, ScreenDesc, replace};
 use super::{
-    COLOR_WRITE, DEPTH_COMPARE, FrameContext, INPUT_READ, InitialContents, Making, Pass, PassName, PassRecorder,
+    COLOR_WRITE, ContentsIfFirst, DEPTH_COMPARE, FrameContext, INPUT_READ, Making, Pass, PassName, PassRecorder,
     Presence, ResourceUse, SAMPLED, SetLayouts, Slot, frame_data, gbuffer_inputs, maps, needed,
 };
 use crate::gpu::{self, Device, SetLayout, sync::Use};
@@ -42,10 +42,10 @@ fn touches(plan: &FramePlan) -> Vec<ResourceUse> {
     };
     let mut touches: Vec<_> = gbuffer_inputs(plan).into_iter().map(input).collect();
     touches
-        .push(ResourceUse::color(0, Target::Output, InitialContents::Clear, OUTPUT_WRITE).because("draws the picture"));
+        .push(ResourceUse::color(0, Target::Output, ContentsIfFirst::Clear, OUTPUT_WRITE).because("draws the picture"));
     if plan.lighting_tests_depth() {
         touches.push(
-            ResourceUse::depth(InitialContents::Undefined, DEPTH_READ).because("compares with the depth of the sky"),
+            ResourceUse::depth(ContentsIfFirst::Undefined, DEPTH_READ).because("compares with the depth of the sky"),
         );
     }
     touches.push(frame_data());

@@ -4,12 +4,36 @@
 use crate::scene::{Brdf, Falloff, NO_FALLOFF, ShadowFilter, TRAITS, TextureSlot, Tonemap};
 use crate::shaders::shared::{brdf, lights, material, seen, shadows, tonemap};
 
-const _: () = {
-    assert!(Brdf::CookTorrance as u32 == brdf::COOK_TORRANCE);
-    assert!(Brdf::Phong as u32 == brdf::PHONG);
-    assert!(Brdf::BlinnPhong as u32 == brdf::BLINN_PHONG);
-    assert!(Brdf::Lambert as u32 == brdf::LAMBERT);
-};
+/// Asserts the number of each variant. One that is missing does not compile.
+macro_rules! codes {
+    ($choice:ident: $($variant:ident = $code:expr),+ $(,)?) => {
+        const _: () = {
+            const fn code(of: $choice) -> u32 {
+                match of {
+                    $($choice::$variant => $code),+
+                }
+            }
+            $(assert!(code($choice::$variant) == $choice::$variant as u32);)+
+        };
+    };
+}
+
+codes! {
+    Brdf: CookTorrance = brdf::COOK_TORRANCE, Phong = brdf::PHONG, BlinnPhong = brdf::BLINN_PHONG, Lambert = brdf::LAMBERT
+}
+codes! {
+    ShadowFilter: None = shadows::NO_FILTER, Box2 = shadows::BOX_TWO, Box3 = shadows::BOX_THREE, Box5 = shadows::BOX_FIVE,
+    Poisson = shadows::POISSON, Pcss = shadows::PCSS
+}
+// A number beyond all curves clamps.
+codes! {
+    Tonemap: Neutral = tonemap::NEUTRAL, Agx = tonemap::AGX, Aces = tonemap::ACES, None = tonemap::ACES + 1
+}
+codes! {
+    TextureSlot: BaseColor = material::BASE_COLOR_SLOT, Normal = material::NORMAL_SLOT,
+    MetallicRoughness = material::METALLIC_ROUGHNESS_SLOT, Occlusion = material::OCCLUSION_SLOT,
+    Emissive = material::EMISSIVE_SLOT, Specular = material::SPECULAR_SLOT, Shininess = material::SHININESS_SLOT
+}
 
 const _: () = {
     assert!(Falloff::InverseSquare.index() == lights::INVERSE_SQUARE);
@@ -21,32 +45,8 @@ const _: () = {
     assert!(cones.bit == lights::CONES && beams.bit == lights::BEAMS && ranges.bit == lights::RANGES);
 };
 
-const _: () = {
-    assert!(ShadowFilter::None as u32 == shadows::NO_FILTER);
-    assert!(ShadowFilter::Box2 as u32 == shadows::BOX_TWO);
-    assert!(ShadowFilter::Box3 as u32 == shadows::BOX_THREE);
-    assert!(ShadowFilter::Box5 as u32 == shadows::BOX_FIVE);
-    assert!(ShadowFilter::Poisson as u32 == shadows::POISSON);
-    assert!(ShadowFilter::Pcss as u32 == shadows::PCSS);
-};
-
-// Every other number clamps.
-const _: () = {
-    assert!(Tonemap::Neutral as u32 == tonemap::NEUTRAL);
-    assert!(Tonemap::Agx as u32 == tonemap::AGX);
-    assert!(Tonemap::Aces as u32 == tonemap::ACES);
-    assert!(Tonemap::None as u32 > tonemap::ACES);
-};
-
 // Bits of `TextureMask`, and of the traits that TILED looks up.
 const _: () = {
-    assert!(TextureSlot::BaseColor as u32 == material::BASE_COLOR_SLOT);
-    assert!(TextureSlot::Normal as u32 == material::NORMAL_SLOT);
-    assert!(TextureSlot::MetallicRoughness as u32 == material::METALLIC_ROUGHNESS_SLOT);
-    assert!(TextureSlot::Occlusion as u32 == material::OCCLUSION_SLOT);
-    assert!(TextureSlot::Emissive as u32 == material::EMISSIVE_SLOT);
-    assert!(TextureSlot::Specular as u32 == material::SPECULAR_SLOT);
-    assert!(TextureSlot::Shininess as u32 == material::SHININESS_SLOT);
     // A normal map is a variant of material.wgsl, without a bit.
     assert!(material::BASE_COLOR == 1 << material::BASE_COLOR_SLOT && seen::BASE_COLOR == material::BASE_COLOR);
     assert!(seen::NORMAL == 1 << material::NORMAL_SLOT);

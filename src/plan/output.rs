@@ -77,9 +77,9 @@ impl FramePlan {
     /// The same frames as a window has them. The last pass draws straight into the images of a swapchain; the output of a compute pass, which may not
     /// store to them, is copied there, and so is a picture that is to be enlarged. ENCODE draws into images that no hardware encodes, whatever the
     /// last pass was.
-    pub fn presented_as(self, target: PresentTarget) -> Self {
-        let presented = Some(target);
-        match target {
+    pub fn presented_as(self, present_target: PresentTarget) -> Self {
+        let presented = Some(present_target);
+        match present_target {
             PresentTarget::Straight(_) | PresentTarget::Enlarge(_) if self.is_tiled() => Self { presented, ..self },
             PresentTarget::Straight(format) | PresentTarget::Enlarge(format) => {
                 Self { presented, output: format, ..self }
@@ -100,8 +100,8 @@ impl FramePlan {
 
     /// The same frames with the texels of their pictures as the target has them, so that they can be copied there whether the one or the other
     /// is encoded by the hardware.
-    pub fn copied_to(self, target: PresentTarget) -> Self {
-        let format = match target {
+    pub fn copied_to(self, present_target: PresentTarget) -> Self {
+        let format = match present_target {
             PresentTarget::Straight(format) | PresentTarget::Enlarge(format) => format,
             PresentTarget::Encode(encoding) | PresentTarget::EncodeKept(encoding) => {
                 return self.with_encoding(encoding);

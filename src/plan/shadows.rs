@@ -35,7 +35,7 @@ pub enum MapProjection {
 
 impl MapProjection {
     pub(crate) fn of(light: &Light, cascades: u32) -> Self {
-        match light.kind.form().sight() {
+        match light.kind.form().shadow_projection() {
             ShadowProjection::Far => Self::Cascades(cascades),
             ShadowProjection::Ahead(_) => Self::Single,
             ShadowProjection::Around => Self::Cube,

@@ -571,12 +571,12 @@ fn fog_is_planned_where_it_is_asked_for_and_there_is_light() {
     assert!(refused(Settings { light_path: LightPath::Compute, ..with.clone() }).contains("cannot draw fog"));
     for number in [-1.0, f32::NAN, f32::INFINITY, 2e6] {
         let said = refused(Settings { fog_density: number, ..with.clone() });
-        assert!(said.starts_with("fog: fog density is") && said.contains("must be a number from 0"), "{said}");
+        assert!(said.starts_with("fog: density is") && said.contains("must be a number from 0"), "{said}");
     }
-    assert!(refused(Settings { fog_height: 0.0, ..with.clone() }).starts_with("fog: fog scale height is 0"));
-    assert!(refused(Settings { fog_anisotropy: 1.0, ..with.clone() }).starts_with("fog: fog phase anisotropy is 1"));
-    assert!(refused(Settings { fog_albedo: f32::NAN, ..with.clone() }).starts_with("fog: fog albedo is NaN"));
-    assert!(refused(Settings { fog_base: f32::NEG_INFINITY, ..with }).starts_with("fog: fog base height is -inf"));
+    assert!(refused(Settings { fog_height: 0.0, ..with.clone() }).starts_with("fog: scale height is 0"));
+    assert!(refused(Settings { fog_anisotropy: 1.0, ..with.clone() }).starts_with("fog: phase anisotropy is 1"));
+    assert!(refused(Settings { fog_albedo: f32::NAN, ..with.clone() }).starts_with("fog: albedo is NaN"));
+    assert!(refused(Settings { fog_base: f32::NEG_INFINITY, ..with }).starts_with("fog: base height is -inf"));
 }
 
 #[test]

@@ -113,8 +113,15 @@ fn stale(shader: &Shader, what: String) -> String {
 
 fn check_interface(shader: &Shader, own: &compiler::CompiledShader) -> Result<(), String> {
     let interface = compiler::host_interface(own);
-    match interface.lines().find(|line| !shader.interface.lines().any(|built| built == *line)) {
-        Some(line) => Err(stale(shader, format!("the program was not built with this: {line}"))),
+    if let Some(line) = interface.lines().find(|line| !shader.interface.lines().any(|built| built == *line)) {
+        return Err(stale(shader, format!("the program was not built with this: {line}")));
+    }
+    // A constant without its mark may have any value, and the program keeps the old one.
+    let is_gone = |line: &&str| line.starts_with("constant ") && !interface.lines().any(|own| own == *line);
+    match shader.interface.lines().find(is_gone) {
+        Some(line) => {
+            Err(stale(shader, format!("the program was built with this, which the shader no longer has: {line}")))
+        }
         None => Ok(()),
     }
 }
@@ -196,7 +203,7 @@ fn entry_point(own: &compiler::CompiledEntryPoint) -> Option<EntryPoint> {
 }
 
 fn binding(own: &compiler::reflect::ReflectedBinding) -> Binding {
-    use compiler::reflect::BindingKind as Own;
+    use compiler::reflect::ResourceKind as Own;
     let kind = match own.kind {
         Own::UniformBuffer => BindingKind::UniformBuffer,
         Own::StorageBuffer { read_only } => BindingKind::StorageBuffer { read_only },

@@ -94,7 +94,7 @@ pub struct InstanceList {
     /// By object: its place.
     places: Vec<u32>,
     /// By place.
-    stands: Vec<InstanceTransform>,
+    transforms: Vec<InstanceTransform>,
     /// By place: the number of the command that can draw it.
     batches: Vec<u32>,
     /// The places of each command's objects, of the commands that draw opaque ones.
@@ -138,7 +138,7 @@ impl InstanceList {
         let anchor = tree.bounds().center();
         Self {
             places,
-            stands: order.iter().map(|&index| InstanceTransform::of(object_at(index), anchor)).collect(),
+            transforms: order.iter().map(|&index| InstanceTransform::of(object_at(index), anchor)).collect(),
             batches,
             opaque_batches,
             opaque,
@@ -154,7 +154,7 @@ impl InstanceList {
     pub(super) fn refresh(&mut self, objects: &[WorldObject], moved: &[u32]) {
         for &index in moved {
             let place = self.places[index as usize];
-            self.stands[place as usize] = InstanceTransform::of(&objects[index as usize], self.anchor);
+            self.transforms[place as usize] = InstanceTransform::of(&objects[index as usize], self.anchor);
             self.moves.push(place);
         }
         // A reader that has not kept up copies the whole list: the new number tells it, and the moves need not be kept.
@@ -198,8 +198,8 @@ impl InstanceList {
     }
 
     /// By place.
-    pub fn stands(&self) -> &[InstanceTransform] {
-        &self.stands
+    pub fn transforms(&self) -> &[InstanceTransform] {
+        &self.transforms
     }
 
     /// The number of opaque objects; they have the first places.
@@ -364,7 +364,7 @@ impl Visible {
     pub fn rows(&self, world: &World, camera: &Camera) -> Vec<[Vec4; 3]> {
         let list = &world.instances;
         let camera = SplitPosition::of(camera.position - list.anchor);
-        let rows = |&index: &u32| list.stands[list.places[index as usize] as usize].around(&camera);
+        let rows = |&index: &u32| list.transforms[list.places[index as usize] as usize].around(&camera);
         self.instances.iter().map(rows).collect()
     }
 

@@ -37,7 +37,7 @@ const LARGEST_MESH: usize = 4096;
 /// triangles with the rounding of their largest value.
 const DEPTH_SHARE: f64 = 1e-3;
 const DEPTH_SLACK: f64 = 4e-6;
-// As the device has them.
+// The device has the nearest f32 of both; these stay f64, as all of this arithmetic does.
 const _: () = assert!(DEPTH_SHARE as f32 == cull::DEPTH_SHARE && DEPTH_SLACK as f32 == cull::DEPTH_SLACK);
 
 /// The meshes that can hide something, by their index in the scene.

@@ -60,12 +60,12 @@ impl Visible {
     }
 }
 
-/// A frame's knowledge of the one before.
+/// A frame beside the one before it: by this its surfaces find where they were seen.
 #[derive(Debug, Clone, PartialEq)]
-pub struct PreviousFrame {
-    pub now: FrameProjection,
+pub struct Reprojection {
+    pub current: FrameProjection,
     /// None where there is no frame before, or it was of something else.
-    pub before: Option<FrameProjection>,
+    pub previous: Option<FrameProjection>,
     /// No surface and no light has changed, and the camera has not.
     pub still: bool,
     /// From the exposure of the frame before to this one's.

@@ -222,7 +222,7 @@ impl Margin {
 /// biases, there is no light: so the shadow of a box begins at the box.
 fn assert_right_but_near_edges(name: &str, scene: &Scene, samples: &[Sample], size: u32, margin: Margin) {
     let light = &scene.lights[0];
-    let projection = match light.kind.form().sight() {
+    let projection = match light.kind.form().shadow_projection() {
         ShadowProjection::Far => MapProjection::Cascades(3),
         ShadowProjection::Ahead(_) => MapProjection::Single,
         ShadowProjection::Around => MapProjection::Cube,

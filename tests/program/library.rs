@@ -24,7 +24,7 @@ fn each_feature_brings_what_it_needs_and_the_library_alone_no_program_and_no_win
     let rays = ["afterlight-truth"];
     let surface = ["ash-window", "raw-window-handle"];
     let window = ["egui", "egui-winit", "winit", "notify"];
-    let report = ["maud", "nv-flip", "plotters"];
+    let report = ["csv", "maud", "nv-flip", "plotters"];
     let all = [&vulkan[..], &program, &rays, &surface, &window, &report].concat();
     for (package, features, expected) in [
         ("afterlight-scene", "", vec![]),

@@ -6,7 +6,7 @@ use crate::common::moving::moving;
 use crate::common::stage::{exact, open};
 use afterlight::frame::Picture;
 use afterlight::scene::{Aperture, Brdf, Playing, Settings, ShadowSettings, ThinLens};
-use afterlight_truth::reference::shutter::{self, Exposure, ShutterScene};
+use afterlight_truth::reference::shutter::{self, ShutterOptions, ShutterScene};
 use afterlight_truth::reference::{CameraView, Mode, Reference, Smith, Truth, TruthOptions};
 use glam::DVec3;
 
@@ -75,7 +75,7 @@ fn a_shutter_is_that_of_the_rays_with_a_lens_and_without() {
             let own = Settings { shutter: seconds, ..settings(1, aperture, 2.8) };
             let playing = Playing::at(0.3);
             let shot = ShutterScene { scene: &scene, playing, path: None, seconds: f64::from(seconds) };
-            let exposure = Exposure { size: SIZE, samples: SHUTTER_SAMPLES, smith: Smith::default() };
+            let exposure = ShutterOptions { size: SIZE, samples: SHUTTER_SAMPLES, smith: Smith::default() };
             let truth = shutter::render(&shot, &exposure, &own, &|_, _| {}).expect("a scene");
             for samples in [8, 64] {
                 let picture = gpu.expose(&scene, &Settings { samples, ..own.clone() }, 0.3);

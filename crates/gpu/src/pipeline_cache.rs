@@ -1,12 +1,12 @@
 //! The pipeline cache of a device. With the feature `caches` it is kept from run to run; without, it begins empty and is gone with the device.
 
 #[cfg(feature = "caches")]
-mod kept;
+mod cache_file;
 
 use ash::vk;
 
 #[cfg(feature = "caches")]
-pub use kept::DriverHeader;
+pub use cache_file::DriverHeader;
 
 #[cfg(not(feature = "caches"))]
 use super::physical::PhysicalDevice;
@@ -16,7 +16,7 @@ pub(super) struct PipelineCache {
     /// Null if the driver could not make one.
     pub(super) raw: vk::PipelineCache,
     #[cfg(feature = "caches")]
-    cache_file: kept::CacheFile,
+    cache_file: cache_file::CacheFile,
 }
 
 impl PipelineCache {

@@ -11,7 +11,7 @@ use afterlight::frame::{Picture, Pixels, plan_for};
 use afterlight::gpu::{DeviceChoice, Error, Message};
 use afterlight::plan::FramePlan;
 use afterlight::scene::{Settings, SettingsPatch, counted};
-use afterlight_lab::mutants::{Drawn, NO_EXTENSIONS, Watched};
+use afterlight_lab::mutants::{Drawn, LayerDevice, NO_EXTENSIONS};
 
 use super::args::{DeviceArgs, SettingsArgs};
 use super::compare::differing;
@@ -78,13 +78,13 @@ pub fn run(
 }
 
 /// The layer's version, or why no layer watches.
-type Layer = Result<u32, String>;
+type LayerVersion = Result<u32, String>;
 
 /// The device, watched by the synchronization layer where that is installed, and its picture with all dependencies.
 struct DropExperiment<'a> {
     workload: &'a Workload,
-    watched: Watched,
-    layer: Layer,
+    watched: LayerDevice,
+    layer: LayerVersion,
     settings: Settings,
     plan: FramePlan,
     table: Rows,
@@ -134,15 +134,15 @@ impl<'a> DropExperiment<'a> {
 
 /// A device under the synchronization layer, with the layer's version; where the layer is not installed or too old for that check, a device without it,
 /// with the reason. The proof and the picture need no layer. `None` where no layer has the heuristic.
-fn watched(choice: &DeviceChoice, heuristic: bool) -> Result<Option<(Watched, Layer)>, Failure> {
-    match Watched::open(choice, heuristic, NO_EXTENSIONS) {
+fn watched(choice: &DeviceChoice, heuristic: bool) -> Result<Option<(LayerDevice, LayerVersion)>, Failure> {
+    match LayerDevice::open(choice, heuristic, NO_EXTENSIONS) {
         Ok(watched) => Ok(watched.map(|watched| {
             let layer = watched.layer();
             (watched, Ok(layer))
         })),
         Err(Error::MissingLayer { .. } | Error::Unsupported(_)) if heuristic => Ok(None),
         Err(why @ (Error::MissingLayer { .. } | Error::Unsupported(_))) => {
-            Ok(Some((Watched::without_layer(choice)?, Err(why.to_string()))))
+            Ok(Some((LayerDevice::without_layer(choice)?, Err(why.to_string()))))
         }
         Err(error) => Err(error.into()),
     }

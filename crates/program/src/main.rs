@@ -3,7 +3,7 @@
 
 #![cfg_attr(
     not(all(feature = "ci", feature = "report", feature = "window")),
-    allow(dead_code, unused_imports, reason = "subcommands share more than those of one feature need")
+    allow(dead_code, reason = "subcommands share more than those of one feature need")
 )]
 
 mod args;

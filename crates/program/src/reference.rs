@@ -8,7 +8,7 @@ use std::time::Instant;
 
 use afterlight::frame::{Picture, Pixels};
 use afterlight::scene::{SETTINGS, Setting, Settings, SettingsPatch, counted, ev100_of, exposure_scale};
-use afterlight_truth::reference::shutter::{self, Exposure, ShutterScene};
+use afterlight_truth::reference::shutter::{self, ShutterOptions, ShutterScene};
 use afterlight_truth::reference::{
     Cache, Cached, CameraView, Mode, Reference, Smith, Truth, TruthOptions, TruthOrigin,
 };
@@ -126,7 +126,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let start = Instant::now();
     let cached = match moving {
         Some(shot) => {
-            let exposure = Exposure { size: view.size, samples: samples_of(mode) as u32, smith };
+            let exposure = ShutterOptions { size: view.size, samples: samples_of(mode) as u32, smith };
             expose(args, &shot, &exposure, &settings)?
         }
         None => compute(args, &reference, &view, &TruthOptions { mode, smith }),
@@ -164,7 +164,7 @@ fn samples_of(mode: Mode) -> u64 {
 }
 
 /// Renders the picture of an open shutter. No cache keeps it.
-fn expose(args: &Args, shot: &ShutterScene, exposure: &Exposure, settings: &Settings) -> Result<Cached, Failure> {
+fn expose(args: &Args, shot: &ShutterScene, exposure: &ShutterOptions, settings: &Settings) -> Result<Cached, Failure> {
     let pixels = u64::from(exposure.size[0]) * u64::from(exposure.size[1]);
     let bar = progress::shares(format!("{}: samples", args.scene), pixels * u64::from(exposure.samples), args.quiet);
     Ok(Cached::computed(shutter::render(shot, exposure, settings, &|done, _| bar.at(done))?))

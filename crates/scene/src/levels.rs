@@ -24,7 +24,7 @@ pub struct Level {
 
 /// The levels of a mesh, as soon as a plan has asked for them.
 #[derive(Debug, Clone, Default)]
-pub struct Levels(#[cfg(feature = "readers")] make::Made);
+pub struct Levels(#[cfg(feature = "readers")] make::LevelCache);
 
 #[cfg(not(feature = "readers"))]
 impl super::Mesh {

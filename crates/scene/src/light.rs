@@ -362,7 +362,7 @@ impl LightForm {
     }
 
     /// Returns its view of the scene in its shadow maps.
-    pub fn sight(&self) -> ShadowProjection {
+    pub fn shadow_projection(&self) -> ShadowProjection {
         match self.outline {
             _ if self.place.is_none() => ShadowProjection::Far,
             Outline::Cone { outer, .. } if outer <= WIDEST_CONE => ShadowProjection::Ahead(outer.to_radians().tan()),

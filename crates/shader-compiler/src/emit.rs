@@ -11,7 +11,7 @@ use crate::host::HostConstant;
 use crate::patch::{Constant, Patch, PatchError, SubpassInput};
 use crate::reflect::{self, Located, PushConstants, ReflectedBinding, StructLayout};
 use crate::source::{SUBPASS_PREFIX, Source};
-use crate::{CompiledConstant, OverrideValue};
+use crate::{ScalarValue, SpecializationConstant};
 
 /// A compiled entry point.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -50,7 +50,7 @@ pub struct Emitted {
     pub entry_points: Vec<CompiledEntryPoint>,
     pub structs: Vec<StructLayout>,
     pub push_constants: Option<PushConstants>,
-    pub constants: Vec<CompiledConstant>,
+    pub constants: Vec<SpecializationConstant>,
     pub host_constants: Vec<HostConstant>,
 }
 
@@ -156,7 +156,7 @@ impl SpirvEmitter<'_> {
     }
 
     /// The types and defaults of the overrides that this variant has.
-    fn spec_constants(&self, module: &naga::Module) -> Result<Vec<CompiledConstant>, Error> {
+    fn spec_constants(&self, module: &naga::Module) -> Result<Vec<SpecializationConstant>, Error> {
         let mut found = Vec::new();
         for (_, global) in module.global_variables.iter() {
             let constant = self.constants.iter().find(|constant| Some(&constant.symbol) == global.name.as_ref());
@@ -166,7 +166,7 @@ impl SpirvEmitter<'_> {
                     format!("the override `{}` must be a bool, u32, i32 or f32 with a constant default", constant.name);
                 self.at_variable(&constant.name, message)
             })?;
-            found.push(CompiledConstant { name: constant.name.clone(), id: constant.id, default: value });
+            found.push(SpecializationConstant { name: constant.name.clone(), id: constant.id, default: value });
         }
         Ok(found)
     }
@@ -196,23 +196,23 @@ fn is_subpass_type(inner: &naga::TypeInner) -> bool {
     matches!(class, ImageClass::Sampled { .. } | ImageClass::Depth { .. })
 }
 
-/// The value of a constant expression, if it is of a type that [`OverrideValue`] has.
+/// The value of a constant expression, if it is of a type that [`ScalarValue`] has.
 pub fn scalar_value(
     module: &naga::Module,
     ty: naga::Handle<naga::Type>,
     init: naga::Handle<Expression>,
-) -> Option<OverrideValue> {
+) -> Option<ScalarValue> {
     let naga::TypeInner::Scalar(scalar) = module.types[ty].inner else { return None };
     match module.global_expressions[init] {
-        Expression::Literal(Literal::Bool(value)) => Some(OverrideValue::Bool(value)),
-        Expression::Literal(Literal::U32(value)) => Some(OverrideValue::U32(value)),
-        Expression::Literal(Literal::I32(value)) => Some(OverrideValue::I32(value)),
-        Expression::Literal(Literal::F32(value)) => Some(OverrideValue::F32(value.to_bits())),
+        Expression::Literal(Literal::Bool(value)) => Some(ScalarValue::Bool(value)),
+        Expression::Literal(Literal::U32(value)) => Some(ScalarValue::U32(value)),
+        Expression::Literal(Literal::I32(value)) => Some(ScalarValue::I32(value)),
+        Expression::Literal(Literal::F32(value)) => Some(ScalarValue::F32(value.to_bits())),
         Expression::ZeroValue(_) => match scalar {
-            naga::Scalar::BOOL => Some(OverrideValue::Bool(false)),
-            naga::Scalar::U32 => Some(OverrideValue::U32(0)),
-            naga::Scalar::I32 => Some(OverrideValue::I32(0)),
-            naga::Scalar::F32 => Some(OverrideValue::F32(0)),
+            naga::Scalar::BOOL => Some(ScalarValue::Bool(false)),
+            naga::Scalar::U32 => Some(ScalarValue::U32(0)),
+            naga::Scalar::I32 => Some(ScalarValue::I32(0)),
+            naga::Scalar::F32 => Some(ScalarValue::F32(0)),
             _ => None,
         },
         Expression::Constant(constant) => scalar_value(module, ty, module.constants[constant].init),

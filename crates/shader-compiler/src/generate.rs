@@ -10,8 +10,8 @@ use crate::host::{HostConstant, host_interface};
 use crate::number::Numbering;
 use crate::pack::{Pool, pack};
 use crate::parallel;
-use crate::reflect::{BindingKind, Located, NumericType, PushConstants, StructLayout};
-use crate::shader::{CompiledShader, OverrideValue};
+use crate::reflect::{Located, NumericType, PushConstants, ResourceKind, StructLayout};
+use crate::shader::{CompiledShader, ScalarValue};
 
 /// The file with all modules.
 const SPIRV_FILE: &str = "shaders.zst";
@@ -191,8 +191,8 @@ fn write_entry(out: &mut String, index: usize, entry: &CompiledEntryPoint, modul
     );
     for binding in &entry.bindings {
         let kind = match binding.kind {
-            BindingKind::StorageBuffer { read_only } => format!("StorageBuffer {{ read_only: {read_only} }}"),
-            BindingKind::InputAttachment { index } => format!("InputAttachment {{ index: {index} }}"),
+            ResourceKind::StorageBuffer { read_only } => format!("StorageBuffer {{ read_only: {read_only} }}"),
+            ResourceKind::InputAttachment { index } => format!("InputAttachment {{ index: {index} }}"),
             plain => format!("{plain:?}"),
         };
         let (name, set, slot) = (&binding.name, binding.set, binding.binding);
@@ -248,10 +248,10 @@ fn write_constants(out: &mut String, shader: &CompiledShader) {
     out.push_str("    }\n\n    /// The specialization constants with their types and defaults, by id.\n    pub static CONSTANTS: &[SpecConstant] = &[\n");
     for constant in &shader.constants {
         let value = match constant.default {
-            OverrideValue::Bool(value) => format!("Bool({value})"),
-            OverrideValue::U32(value) => format!("U32({value})"),
-            OverrideValue::I32(value) => format!("I32({value})"),
-            OverrideValue::F32(bits) => format!("F32(f32::from_bits({bits}))"),
+            ScalarValue::Bool(value) => format!("Bool({value})"),
+            ScalarValue::U32(value) => format!("U32({value})"),
+            ScalarValue::I32(value) => format!("I32({value})"),
+            ScalarValue::F32(bits) => format!("F32(f32::from_bits({bits}))"),
         };
         let (name, id) = (&constant.name, constant.id);
         line(

@@ -6,7 +6,7 @@ use crate::compose::{Composing, Library};
 use crate::emit::scalar_value;
 use crate::error::Error;
 use crate::reflect::{PushConstants, StructLayout};
-use crate::shader::{CompiledConstant, CompiledShader, OverrideValue};
+use crate::shader::{CompiledShader, ScalarValue, SpecializationConstant};
 use crate::source::{HostDeclaration, Source};
 
 /// A constant that a WGSL file marks for the host: `const NAME: T = value; // host`.
@@ -17,14 +17,14 @@ pub struct HostConstant {
     /// Its name in the source.
     pub name: String,
     /// Its value; it tells the type too.
-    pub value: OverrideValue,
+    pub value: ScalarValue,
 }
 
 impl HostConstant {
     /// Returns the constants of `source`, as `module` has them, whose names begin there with `prefix`.
     ///
     /// # Errors
-    /// A constant of another type than those of [`OverrideValue`].
+    /// A constant of another type than those of [`ScalarValue`].
     pub fn all_of(source: &Source, module: &naga::Module, prefix: &str) -> Result<Vec<Self>, Error> {
         let shared = source.import_path.is_some().then(|| source.stem().to_owned());
         let mut found = Vec::new();
@@ -80,7 +80,7 @@ pub fn host_interface(shader: &CompiledShader) -> String {
     for (bit, flag) in shader.flags.iter().enumerate() {
         let _ = writeln!(text, "flag {flag}: bit {bit}");
     }
-    for CompiledConstant { name, id, default } in &shader.constants {
+    for SpecializationConstant { name, id, default } in &shader.constants {
         let _ = writeln!(text, "override {name}: {}, id {id}", default.type_name());
     }
     for HostConstant { module, name, value } in &shader.host_constants {

@@ -39,7 +39,7 @@ pub use error::{Error, SourceSpan};
 pub use generate::{Written, write_rust};
 pub use host::{HostConstant, host_interface};
 pub use number::same_but_for_ids;
-pub use shader::{CompiledConstant, CompiledShader, CompiledVariant, OverrideValue};
+pub use shader::{CompiledShader, CompiledVariant, ScalarValue, SpecializationConstant};
 use shader::{Plan, merge};
 use source::Source;
 

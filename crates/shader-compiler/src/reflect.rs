@@ -9,7 +9,7 @@ use crate::compose::source_name;
 
 /// The kind of resource that a binding takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum BindingKind {
+pub enum ResourceKind {
     /// `var<uniform>`
     UniformBuffer,
     /// `var<storage>`
@@ -42,7 +42,7 @@ pub struct ReflectedBinding {
     /// Binding in the set.
     pub binding: u32,
     /// The kind of resource that it takes.
-    pub kind: BindingKind,
+    pub kind: ResourceKind,
     /// Descriptors in it; 0 for an array without a size.
     pub count: u32,
     /// The index of the module's word with its number, so that a pipeline can give it another one.
@@ -139,15 +139,15 @@ pub fn bindings(
             ref inner => (1, inner),
         };
         let kind = match (input_index(place.group, place.binding), global.space, inner) {
-            (Some(index), _, _) => BindingKind::InputAttachment { index },
-            (_, AddressSpace::Uniform, _) => BindingKind::UniformBuffer,
+            (Some(index), _, _) => ResourceKind::InputAttachment { index },
+            (_, AddressSpace::Uniform, _) => ResourceKind::UniformBuffer,
             (_, AddressSpace::Storage { access }, _) => {
-                BindingKind::StorageBuffer { read_only: !access.contains(StorageAccess::STORE) }
+                ResourceKind::StorageBuffer { read_only: !access.contains(StorageAccess::STORE) }
             }
-            (_, _, TypeInner::Sampler { comparison: true }) => BindingKind::ComparisonSampler,
-            (_, _, TypeInner::Sampler { comparison: false }) => BindingKind::Sampler,
-            (_, _, TypeInner::Image { class: ImageClass::Storage { .. }, .. }) => BindingKind::StorageImage,
-            _ => BindingKind::SampledImage,
+            (_, _, TypeInner::Sampler { comparison: true }) => ResourceKind::ComparisonSampler,
+            (_, _, TypeInner::Sampler { comparison: false }) => ResourceKind::Sampler,
+            (_, _, TypeInner::Image { class: ImageClass::Storage { .. }, .. }) => ResourceKind::StorageImage,
+            _ => ResourceKind::SampledImage,
         };
         let name = source_name(global.name.as_deref().unwrap_or("")).to_owned();
         let word = words.get(&(place.group, place.binding)).copied().unwrap_or(0);

@@ -21,7 +21,7 @@ pub struct CompiledShader {
     /// The numbers of variants that its file states.
     pub counts: Option<String>,
     /// The specialization constants of all variants, by id.
-    pub constants: Vec<CompiledConstant>,
+    pub constants: Vec<SpecializationConstant>,
     /// The structs of its buffers, in all variants, sorted by name.
     pub structs: Vec<StructLayout>,
     /// Its push constants.
@@ -41,18 +41,18 @@ pub struct CompiledVariant {
 
 /// A specialization constant.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct CompiledConstant {
+pub struct SpecializationConstant {
     /// Its name in the source.
     pub name: String,
     /// SpecId.
     pub id: u32,
     /// Its value if the pipeline sets none; it tells the type too.
-    pub default: OverrideValue,
+    pub default: ScalarValue,
 }
 
 /// The value of a constant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum OverrideValue {
+pub enum ScalarValue {
     /// `bool`; four bytes for Vulkan.
     Bool(bool),
     /// `u32`
@@ -63,7 +63,7 @@ pub enum OverrideValue {
     F32(u32),
 }
 
-impl OverrideValue {
+impl ScalarValue {
     /// Its type, as WGSL and Rust call it.
     #[must_use]
     pub fn type_name(self) -> &'static str {

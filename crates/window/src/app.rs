@@ -23,11 +23,11 @@ use winit::window::Window;
 use super::camera::{CameraControl, HeldKeys};
 use super::clock::{Clock, Summary};
 use super::icon::icon;
+use super::live_scene::LiveScene;
 use super::messages::{Busy, Teller};
 use super::player::Player;
 use super::recorder::Recorder;
 use super::resolution::Resolution;
-use super::subject::LiveScene;
 use super::user_interface::UserInterface;
 use super::watch::Watch;
 use super::{Error, WindowOptions, surface_of};
@@ -63,7 +63,7 @@ struct CopyPurposes {
 /// A window and its subject.
 pub struct App<'a> {
     device: Arc<Device>,
-    subject: LiveScene,
+    live: LiveScene,
     options: WindowOptions<'a>,
     teller: Teller<'a>,
     /// The work in the background that has a sign.
@@ -143,7 +143,7 @@ impl<'a> App<'a> {
         subject.player = player.emitting(!subject.scene.emitters.is_empty(), options.rests);
         Self {
             device: device.clone(),
-            subject,
+            live: subject,
             resolution: Resolution::new(options.dynamic_resolution),
             // Frames that are measured have nothing over the picture.
             teller: Teller::new(options.tell, options.messages && options.frames.is_none()),
@@ -195,9 +195,9 @@ impl<'a> App<'a> {
     }
 
     fn open(&mut self, events: &ActiveEventLoop) -> Result<(), Error> {
-        let [width, height] = self.subject.settings.size;
+        let [width, height] = self.live.settings.size;
         let attributes = Window::default_attributes()
-            .with_title(pace::title(&self.subject.scene, Some("the first picture is made...")))
+            .with_title(pace::title(&self.live.scene, Some("the first picture is made...")))
             .with_window_icon(icon(self.options.icon))
             .with_inner_size(PhysicalSize::new(width, height));
         // The name of `assets/afterlight.desktop`, from which Wayland takes the icon: the app id there, the class on X11.
@@ -207,7 +207,7 @@ impl<'a> App<'a> {
         let window = Arc::new(window);
         let surface = surface_of(&self.device, &window)?;
         let mut presenter =
-            Presenter::new(&self.device, surface, &self.subject.scene, &self.subject.settings, self.options.vsync)?;
+            Presenter::new(&self.device, surface, &self.live.scene, &self.live.settings, self.options.vsync)?;
         if let Some(nits) = self.options.hdr {
             presenter = presenter.with_hdr(nits);
         }
@@ -220,7 +220,7 @@ impl<'a> App<'a> {
         };
         let interface = UserInterface::new(&self.device, &window, Arc::clone(&self.wake));
         self.watch_files();
-        for warning in self.subject.scene.warnings.iter().take(reload::WARNINGS) {
+        for warning in self.live.scene.warnings.iter().take(reload::WARNINGS) {
             // They were printed when the scene was read.
             self.teller.show(&format!("warning: {warning}"));
         }
@@ -247,7 +247,7 @@ impl<'a> App<'a> {
             return Ok(());
         }
         self.play(now);
-        self.has_changed |= self.subject.player.take_moved();
+        self.has_changed |= self.live.player.take_moved();
         let copies = self.wanted_copies(now);
         self.choose_resolution(now, copies)?;
         self.has_changed = false;
@@ -275,7 +275,7 @@ impl<'a> App<'a> {
         let camera = *self.control.camera();
         interface.listen(&camera);
         let known = (&mut *presenter, &self.clock);
-        let shown = interface.show(window, known, (&mut self.subject, &camera), &notes);
+        let shown = interface.show(window, known, (&mut self.live, &camera), &notes);
         let panels = shown.map(|(panels, delay, unfit)| {
             self.unfit |= unfit;
             self.again = now.checked_add(delay).filter(|_| delay < Duration::from_secs(60));
@@ -304,13 +304,13 @@ impl<'a> App<'a> {
         if std::mem::take(&mut self.light) {
             match interface.stepper().is_open() {
                 true => self.teller.tell("warning: no screenshot: a step of the frame has no light of its own"),
-                false => split::keep_light(presenter, &self.subject, &camera, (&self.options, &self.teller)),
+                false => split::keep_light(presenter, &self.live, &camera, (&self.options, &self.teller)),
             }
         }
         let kept = std::mem::take(&mut self.screenshot);
         let mut compared = std::mem::take(&mut self.compare);
         if compared && presenter.shows_hdr() == Some(true) {
-            split::compare_up_to_white(presenter, interface, (&self.subject, &camera), &self.teller);
+            split::compare_up_to_white(presenter, interface, (&self.live, &camera), &self.teller);
             (compared, self.again) = (false, Some(now));
         }
         if (kept || compared) && !presenter.can_copy() {
@@ -360,7 +360,7 @@ impl<'a> App<'a> {
                         self.teller.tell(&told.unwrap_or_else(|error| format!("warning: no screenshot: {error}")));
                     }
                     if copies.compared {
-                        interface.compare(&self.subject, camera, &picture);
+                        interface.compare(&self.live, camera, &picture);
                         window.request_redraw();
                     }
                 }
@@ -381,7 +381,7 @@ impl<'a> App<'a> {
         let PhysicalSize { width, height } = window.inner_size();
         let size = [width, height];
         match self.fit_or_take_back(size)? {
-            FitOutcome::Taken | FitOutcome::AtOnce => self.subject.player.show_again(),
+            FitOutcome::Taken | FitOutcome::AtOnce => self.live.player.show_again(),
             FitOutcome::Pending => {
                 self.unfit = false;
                 if !was_pending {
@@ -419,7 +419,7 @@ impl<'a> App<'a> {
 
     fn fit_or_take_back(&mut self, size: [u32; 2]) -> Result<FitOutcome, Error> {
         let Some(Opened { window, presenter, interface }) = &mut self.opened else { return Ok(FitOutcome::Nothing) };
-        let subject = &mut self.subject;
+        let subject = &mut self.live;
         subject.come_near(self.control.camera());
         let drawn = interface.stepper().drawn_settings(&subject.settings);
         let fitted = match self.misfit || self.fitted != Some(size) {
@@ -452,7 +452,7 @@ impl<'a> App<'a> {
             tell_mode(presenter, self.options.vsync, &self.teller);
             window.request_redraw();
         }
-        if let Some(why) = interface.fitted(presenter, &self.subject) {
+        if let Some(why) = interface.fitted(presenter, &self.live) {
             self.teller.tell(&format!("warning: {why}"));
             window.request_redraw();
         }
@@ -537,7 +537,7 @@ impl<'a> App<'a> {
         !self.hidden
             && (self.options.frames.is_some()
                 || self.control.is_moving(self.held)
-                || self.subject.player.runs()
+                || self.live.player.runs()
                 || self.opened.as_ref().is_some_and(|opened| opened.presenter.converges()))
     }
 }

@@ -11,6 +11,7 @@ mod clock;
 mod controls;
 mod faults;
 mod icon;
+mod live_scene;
 mod marks;
 mod messages;
 mod oracle;
@@ -20,7 +21,6 @@ mod recorder;
 mod resolution;
 mod split;
 mod steps;
-mod subject;
 mod user_interface;
 mod watch;
 #[cfg(all(unix, not(target_vendor = "apple")))]

@@ -10,13 +10,13 @@ use winit::window::Window;
 use super::clock::Clock;
 use super::controls::{Controls, Facts, PanelValues, Selected, has_keys_alone};
 use super::faults::ReloadErrors;
+use super::live_scene::LiveScene;
 use super::marks::{HeatMap, draw_box};
 use super::messages::Notes;
 use super::oracle::{Answer, ErrorMap, Oracle, Question, RenderedFrame};
 use super::overlay::{Overlay, PanelResponse};
 use super::split::{Divider, views_after};
 use super::steps::Stepper;
-use super::subject::LiveScene;
 use afterlight::frame::{self, Picture, Pixels, Presenter, plan_for};
 use afterlight::gpu::{self, Device, vk};
 use afterlight::passes::overlay::Panels;
@@ -184,8 +184,8 @@ impl UserInterface {
     }
 
     /// The frames are made for the subject as it is now. Why the window is not split any more, if it cannot be.
-    pub fn fitted(&mut self, presenter: &mut Presenter, subject: &LiveScene) -> Option<String> {
-        self.fitted = Some((subject.values(), subject.scene.lights.clone()));
+    pub fn fitted(&mut self, presenter: &mut Presenter, live: &LiveScene) -> Option<String> {
+        self.fitted = Some((live.values(), live.scene.lights.clone()));
         self.before = Before::default();
         let why = format!("the window cannot be split so: {}", presenter.refusal()?);
         (self.controls.beside, self.divider) = (None, Divider::default());
@@ -194,12 +194,12 @@ impl UserInterface {
     }
 
     /// Takes the scene as it was read again. True if the camera that it names is another one than before.
-    pub fn renew(&mut self, presenter: &mut Presenter, subject: &mut LiveScene, read: (Scene, Settings)) -> bool {
+    pub fn renew(&mut self, presenter: &mut Presenter, live: &mut LiveScene, read: (Scene, Settings)) -> bool {
         // Its steps are another frame's.
-        self.stepper.end(presenter, &subject.settings);
-        let new = subject.renewed(read.0, read.1);
-        let old = std::mem::replace(subject, new);
-        let is_moved = subject.own_camera() != old.own_camera();
+        self.stepper.end(presenter, &live.settings);
+        let new = live.renewed(read.0, read.1);
+        let old = std::mem::replace(live, new);
+        let is_moved = live.own_camera() != old.own_camera();
         // Of several in a row, the one of which frames were made.
         self.before.subject.get_or_insert(old);
         self.faults.scene = None;
@@ -224,7 +224,7 @@ impl UserInterface {
     }
 
     /// Takes back the changes since frames could last be made, if there are any and the device is not to blame. Tells why on the panels.
-    pub fn take_back(&mut self, presenter: &mut Presenter, subject: &mut LiveScene, error: &frame::Error) -> bool {
+    pub fn take_back(&mut self, presenter: &mut Presenter, live: &mut LiveScene, error: &frame::Error) -> bool {
         use gpu::Error::{DeviceLost, Vulkan};
         if let frame::Error::Gpu(DeviceLost { .. } | Vulkan { result: vk::Result::ERROR_SURFACE_LOST_KHR, .. }) = error
         {
@@ -232,7 +232,7 @@ impl UserInterface {
         }
         let told = Some(error.to_string());
         let was_step = self.stepper.is_open();
-        self.stepper.end(presenter, &subject.settings);
+        self.stepper.end(presenter, &live.settings);
         let scene = self.before.subject.take();
         #[cfg(feature = "hot-reload")]
         let exchanged = self.before.shaders.take().map(exchange).is_some();
@@ -243,15 +243,15 @@ impl UserInterface {
         }
         let Some((values, lights)) = self.fitted.clone() else { return false };
         if let Some(old) = scene {
-            *subject = old;
+            *live = old;
             self.faults.scene = told;
             self.forget_scene(presenter);
-        } else if (&values, &lights) != (&subject.values(), &subject.scene.lights) || was_step && !exchanged {
+        } else if (&values, &lights) != (&live.values(), &live.scene.lights) || was_step && !exchanged {
             (self.refused, self.controls.shown) = (told, true);
         } else if !exchanged {
             return false;
         }
-        subject.set(values, lights);
+        live.set(values, lights);
         self.end_comparison();
         // The truth has other lights again.
         self.oracle = None;
@@ -295,9 +295,9 @@ impl UserInterface {
     }
 
     /// Asks for the object at a place of the picture, in pixels from its upper left corner.
-    pub fn pick(&mut self, subject: &LiveScene, view: reference::CameraView, place: DVec2) {
+    pub fn pick(&mut self, live: &LiveScene, view: reference::CameraView, place: DVec2) {
         self.end_comparison();
-        self.oracle(subject).ask(Question::Pick(view, place));
+        self.oracle(live).ask(Question::Pick(view, place));
         self.is_picking = true;
     }
 
@@ -317,24 +317,24 @@ impl UserInterface {
     }
 
     /// Asks for the difference of a picture from this camera from the truth; does nothing if the picture is not one of light.
-    pub fn compare(&mut self, subject: &LiveScene, camera: Camera, picture: &Picture) {
+    pub fn compare(&mut self, live: &LiveScene, camera: Camera, picture: &Picture) {
         let Pixels::Srgb8(rgba) = &picture.pixels else { return };
-        if self.refuses_comparison(subject) {
+        if self.refuses_comparison(live) {
             return;
         }
         let drawn = RenderedFrame {
             view: reference::CameraView { camera, size: picture.size },
-            settings: subject.settings.clone(),
-            exposure: subject.exposure,
+            settings: live.settings.clone(),
+            exposure: live.exposure,
             picture: rgba.clone(),
         };
-        self.oracle(subject).ask(Question::Error(Box::new(drawn)));
+        self.oracle(live).ask(Question::Error(Box::new(drawn)));
         (self.compared, self.error) = (Some(camera), None);
     }
 
     /// Returns true if the shown picture cannot be compared, and tells so.
-    pub fn refuses_comparison(&mut self, subject: &LiveScene) -> bool {
-        let refuses = subject.settings.view != View::Final || self.stepper.is_open();
+    pub fn refuses_comparison(&mut self, live: &LiveScene) -> bool {
+        let refuses = live.settings.view != View::Final || self.stepper.is_open();
         if refuses {
             self.refused = Some("only the final picture of a whole frame can be compared with the truth".into());
             self.controls.shown = true;
@@ -359,9 +359,9 @@ impl UserInterface {
         was
     }
 
-    fn oracle(&mut self, subject: &LiveScene) -> &Oracle {
+    fn oracle(&mut self, live: &LiveScene) -> &Oracle {
         let wake = Arc::clone(&self.wake);
-        self.oracle.get_or_insert_with(|| Oracle::new(subject.still(), move || wake()))
+        self.oracle.get_or_insert_with(|| Oracle::new(live.still(), move || wake()))
     }
 
     /// Adds to the panels the textures that the device has not yet.
@@ -370,28 +370,28 @@ impl UserInterface {
     }
 
     /// Shows the next view that the scene has, or the one before it. True if the presenter must be fitted again.
-    pub fn turn_view(&mut self, presenter: &mut Presenter, subject: &mut LiveScene, back: bool) -> bool {
-        let ended = self.end_steps(presenter, subject);
-        let own = subject.settings.view;
+    pub fn turn_view(&mut self, presenter: &mut Presenter, live: &mut LiveScene, back: bool) -> bool {
+        let ended = self.end_steps(presenter, live);
+        let own = live.settings.view;
         for _ in 0..View::NAMES.len() {
-            let settings = subject.turned(back);
-            if self.set(presenter, subject, settings) {
+            let settings = live.turned(back);
+            if self.set(presenter, live, settings) {
                 return true;
             }
             // Views that the scene does not have are passed over.
-            subject.settings.view = subject.turned(back).view;
+            live.settings.view = live.turned(back).view;
         }
-        subject.settings.view = own;
+        live.settings.view = own;
         ended
     }
 
     /// Shows the frame after its next step, or the one before. True if the presenter must be fitted again.
-    pub fn step(&mut self, presenter: &mut Presenter, subject: &LiveScene, back: bool) -> bool {
+    pub fn step(&mut self, presenter: &mut Presenter, live: &LiveScene, back: bool) -> bool {
         self.end_comparison();
         // A step is of one picture.
         let ended = self.unsplit(presenter);
-        let planned = |settings: &Settings| plan_for(&self.device, &subject.scene, settings);
-        match self.stepper.turn(presenter, &subject.settings, back, planned) {
+        let planned = |settings: &Settings| plan_for(&self.device, &live.scene, settings);
+        match self.stepper.turn(presenter, &live.settings, back, planned) {
             Ok(unfit) => unfit || ended,
             Err(error) => {
                 self.refused = Some(error.to_string());
@@ -402,9 +402,9 @@ impl UserInterface {
     }
 
     /// Shows the whole frame again. True if the presenter must be fitted again.
-    pub fn end_steps(&mut self, presenter: &mut Presenter, subject: &LiveScene) -> bool {
+    pub fn end_steps(&mut self, presenter: &mut Presenter, live: &LiveScene) -> bool {
         self.end_comparison();
-        self.stepper.end(presenter, &subject.settings)
+        self.stepper.end(presenter, &live.settings)
     }
 
     /// Returns the stepper.
@@ -414,14 +414,14 @@ impl UserInterface {
 
     /// Splits the window, to show the next view that can be drawn beside the picture, or ends that if no `next` one is asked for. True if the
     /// presenter must be fitted again.
-    pub fn split(&mut self, presenter: &mut Presenter, subject: &LiveScene, next: bool) -> bool {
+    pub fn split(&mut self, presenter: &mut Presenter, live: &LiveScene, next: bool) -> bool {
         if !next && self.controls.beside.is_some() {
             return self.unsplit(presenter);
         }
-        let ended = self.end_steps(presenter, subject);
-        let last = self.controls.beside.unwrap_or(subject.settings.view);
-        let mut others = views_after(last, &subject.settings);
-        match others.find(|settings| plan_for(&self.device, &subject.scene, settings).is_ok()) {
+        let ended = self.end_steps(presenter, live);
+        let last = self.controls.beside.unwrap_or(live.settings.view);
+        let mut others = views_after(last, &live.settings);
+        match others.find(|settings| plan_for(&self.device, &live.scene, settings).is_ok()) {
             Some(other) => self.show_beside(presenter, Some(other.view)),
             None => {
                 self.refused = Some("no other view can be drawn with these settings".into());
@@ -453,7 +453,7 @@ impl UserInterface {
     fn change(
         &mut self,
         presenter: &mut Presenter,
-        subject: &mut LiveScene,
+        live: &mut LiveScene,
         before: &PanelValues,
         after: PanelValues,
     ) -> bool {
@@ -472,42 +472,42 @@ impl UserInterface {
                 // Panels offer no value that a light cannot have.
                 Err(_) => continue,
             }
-            subject.scene.lights[index] = light;
+            live.scene.lights[index] = light;
         }
         if after.exposure != before.exposure {
-            (subject.exposure, subject.settings.exposure) = (after.exposure, Some(after.exposure));
+            (live.exposure, live.settings.exposure) = (after.exposure, Some(after.exposure));
             // Refused only while light is in nits, which has none.
             let _ = presenter.set_exposure(after.exposure);
         }
         // The frames have these values already: going back to the fitted settings must not undo them.
         if let Some((values, lights)) = self.fitted.as_mut().filter(|_| self.before.subject.is_none()) {
-            (values.exposure, values.settings.exposure) = (subject.exposure, subject.settings.exposure);
+            (values.exposure, values.settings.exposure) = (live.exposure, live.settings.exposure);
             for index in taken {
-                lights[index] = subject.scene.lights[index].clone();
+                lights[index] = live.scene.lights[index].clone();
             }
         }
         if after.roughness != before.roughness {
-            subject.set_roughness(after.roughness);
+            live.set_roughness(after.roughness);
             // Factors are no part of the scene on the device.
             presenter.change(false);
             unfit = true;
         }
         if after.settings != before.settings {
-            let settings = Settings { exposure: subject.settings.exposure, ..after.settings };
-            unfit |= self.set(presenter, subject, settings);
+            let settings = Settings { exposure: live.settings.exposure, ..after.settings };
+            unfit |= self.set(presenter, live, settings);
         }
         if unfit {
-            let planned = |settings: &Settings| plan_for(&self.device, &subject.scene, settings);
-            self.stepper.follow(presenter, &subject.settings, planned);
+            let planned = |settings: &Settings| plan_for(&self.device, &live.scene, settings);
+            self.stepper.follow(presenter, &live.settings, planned);
         }
         unfit
     }
 
     /// Takes other settings, if they can be planned.
-    fn set(&mut self, presenter: &mut Presenter, subject: &mut LiveScene, settings: Settings) -> bool {
-        match plan_for(&self.device, &subject.scene, &settings) {
+    fn set(&mut self, presenter: &mut Presenter, live: &mut LiveScene, settings: Settings) -> bool {
+        match plan_for(&self.device, &live.scene, &settings) {
             Ok(_) => {
-                subject.settings = settings;
+                live.settings = settings;
                 self.refused = None;
                 presenter.change(false);
                 true

@@ -6,7 +6,7 @@ use super::*;
 use crate::frame::list::{SHADOW_PASS, Step};
 use crate::frame::rows;
 use crate::passes::{
-    InitialContents, Pass, Resource, UseKind, composite, forward, fxaa, gbuffer_inputs, geometry, lighting, tiled,
+    ContentsIfFirst, Pass, Resource, UseKind, composite, forward, fxaa, gbuffer_inputs, geometry, lighting, tiled,
     tonemap, transparent, view,
 };
 use crate::plan::{self, Shading, samples};

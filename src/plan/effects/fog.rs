@@ -45,7 +45,8 @@ pub(crate) const EFFECT: Effect = Effect {
         }
         EFFECT.check_path(request.path)?;
         let wrong = if is_shown(request.settings) { out_of_range(request.settings, "fog-") } else { None };
-        wrong.map_or(Ok(()), |wrong| EFFECT.refuse(wrong))
+        // Titles of its settings begin with the effect's name, and so does the refusal.
+        wrong.map_or(Ok(()), |wrong| EFFECT.refuse(wrong.strip_prefix("fog ").unwrap_or(&wrong).to_owned()))
     },
     variations: &[
         Variation::of("fog", |settings| settings.fog = Fog::Height),

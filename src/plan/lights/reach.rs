@@ -129,7 +129,7 @@ fn largest_reflection(scene: &Scene, settings: &Settings) -> f64 {
     scene.objects.iter().map(|object| of(&scene.materials[object.material])).fold(1.0 / PI, f64::max)
 }
 
-/// The least perceptual roughness of the reflection models.
+/// The least perceptual roughness of the reflection models. As f64: the nearest f32, which shaders have, would move the bound.
 const MIN_ROUGHNESS: f64 = 0.01;
 const _: () = assert!(MIN_ROUGHNESS as f32 == crate::shaders::shared::brdf::MIN_ROUGHNESS);
 

@@ -268,7 +268,7 @@ pub(in crate::visible) fn lamp_views(
                 views[index] = Some(before.clone());
                 continue;
             }
-            let (direction, half_width) = match (form.sight(), form.direction) {
+            let (direction, half_width) = match (form.shadow_projection(), form.direction) {
                 (ShadowProjection::Ahead(half_width), Some(direction)) => (direction, half_width),
                 _ => (FACES[index - own.first_view], 1.0),
             };

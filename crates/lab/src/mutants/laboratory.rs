@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 use std::time::Instant;
 
-use super::watched::{Extensions, NO_EXTENSIONS, Watched};
+use super::watched::{LayerDevice, NO_EXTENSIONS, WatchedExtensions};
 use super::{Mutant, MutantCase};
 use afterlight::frame;
 use afterlight::frame::rows::{self, Rows};
@@ -64,15 +64,15 @@ impl BrokenRules {
 /// A device for each mode of the layer: neither mode notices all that the other does.
 pub struct Laboratory {
     choice: DeviceChoice,
-    extensions: Extensions,
+    extensions: WatchedExtensions,
     /// Without the heuristic of accesses by shaders, and with it where the layer has it.
-    modes: Vec<Watched>,
+    modes: Vec<LayerDevice>,
     jobs: usize,
 }
 
 /// The extensions that presented frames need.
 #[cfg(feature = "present")]
-const PRESENTING: Extensions = (&gpu::HEADLESS, &[ash::khr::swapchain::NAME]);
+const PRESENTING: WatchedExtensions = (&gpu::HEADLESS, &[ash::khr::swapchain::NAME]);
 
 /// Mutants that a device draws before it takes others. They are in the order of their cases, each of which is drawn whole before its mutants.
 const AT_A_TIME: usize = 24;
@@ -94,8 +94,9 @@ impl Laboratory {
         Self::with_extensions(choice, NO_EXTENSIONS)
     }
 
-    fn with_extensions(choice: &DeviceChoice, extensions: Extensions) -> Result<Self, gpu::Error> {
-        let modes = [false, true].into_iter().filter_map(|mode| Watched::open(choice, mode, extensions).transpose());
+    fn with_extensions(choice: &DeviceChoice, extensions: WatchedExtensions) -> Result<Self, gpu::Error> {
+        let modes =
+            [false, true].into_iter().filter_map(|mode| LayerDevice::open(choice, mode, extensions).transpose());
         let modes = modes.collect::<Result<Vec<_>, _>>()?;
         Ok(Self { choice: choice.clone(), extensions, jobs: modes.len(), modes })
     }
@@ -138,7 +139,7 @@ impl Laboratory {
             |mutants: &[Mutant], case: &MutantCase| mutants.iter().any(|mutant| std::ptr::eq(mutant.case, case));
         let found: Vec<[OnceLock<Judged>; 2]> = mutants.iter().map(|_| Default::default()).collect();
         let next: [AtomicUsize; 2] = Default::default();
-        let work = |mode: usize, watched: &Watched| -> Result<(), MutantError> {
+        let work = |mode: usize, watched: &LayerDevice| -> Result<(), MutantError> {
             loop {
                 let begin = next[mode].fetch_add(AT_A_TIME, Ordering::Relaxed);
                 // The first part has the cases without a mutant as well.
@@ -169,7 +170,11 @@ impl Laboratory {
             let [plain, heuristic] = modes.map(OnceLock::into_inner);
             let seconds = plain.iter().chain(&heuristic).map(|(_, seconds)| seconds).sum();
             let rules = |judged: Option<Judged>| judged.map(|(rules, _)| rules);
-            BrokenRules { plain: rules(plain).unwrap_or_default(), heuristic: rules(heuristic), seconds }
+            BrokenRules {
+                plain: rules(plain).expect("it is drawn in every mode"),
+                heuristic: rules(heuristic),
+                seconds,
+            }
         });
         Ok(heard.collect())
     }
@@ -178,10 +183,10 @@ impl Laboratory {
     fn on_all_devices(
         &self,
         most: usize,
-        work: &(dyn Fn(usize, &Watched) -> Result<(), MutantError> + Sync),
+        work: &(dyn Fn(usize, &LayerDevice) -> Result<(), MutantError> + Sync),
     ) -> Result<(), MutantError> {
         let devices = (self.jobs / self.modes.len()).clamp(1, most.max(1));
-        let on_another = move |mode: usize| match Watched::open(&self.choice, mode == 1, self.extensions)? {
+        let on_another = move |mode: usize| match LayerDevice::open(&self.choice, mode == 1, self.extensions)? {
             Some(other) => work(mode, &other),
             None => Ok(()),
         };
@@ -205,7 +210,7 @@ impl Laboratory {
 ///
 /// # Safety
 /// As of [`Laboratory::judge`].
-unsafe fn broken(watched: &Watched, case: &MutantCase, rows: Rows) -> Result<BTreeSet<String>, MutantError> {
+unsafe fn broken(watched: &LayerDevice, case: &MutantCase, rows: Rows) -> Result<BTreeSet<String>, MutantError> {
     // SAFETY: the caller's promise.
     let drawn = unsafe { watched.draw(&case.scene, &case.settings, rows, case.presented) };
     let drawn = drawn.map_err(|source| MutantError::Drawing { case: case.name.clone(), source })?;

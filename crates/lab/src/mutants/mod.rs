@@ -28,7 +28,7 @@ pub use laboratory::{BrokenRules, Laboratory, MutantError};
 pub use newer::Hidden;
 pub use older::OlderLayers;
 pub use verdict::{Miss, MutantVerdict, verdict};
-pub use watched::{Drawn, NO_EXTENSIONS, Watched};
+pub use watched::{Drawn, LayerDevice, NO_EXTENSIONS};
 
 /// A plan to take dependencies from.
 #[derive(Debug, Clone)]

@@ -39,12 +39,12 @@ pub enum MutantVerdict {
 }
 
 /// The verdict on a layer of this version.
-pub fn verdict(layer: u32, mutant: &Mutant, heard: &BrokenRules) -> MutantVerdict {
+pub fn verdict(layer: u32, mutant: &Mutant, broken: &BrokenRules) -> MutantVerdict {
     let argued = unreported_mutants::reason(mutant.plan, &mutant.row, mutant.part)
         .filter(|entry| entry.seen_from.is_none_or(|first| layer < first));
     let older = || older::reason(layer, mutant).map(Miss::Older);
     let newer = || newer::reason(layer, mutant).map(Miss::Newer);
-    match (heard.anything(), argued.map(Miss::Argued).or_else(older).or_else(newer)) {
+    match (broken.anything(), argued.map(Miss::Argued).or_else(older).or_else(newer)) {
         (true, None) => MutantVerdict::Noticed,
         (true, Some(miss)) => MutantVerdict::UnexpectedNotice(miss),
         (false, Some(miss)) => MutantVerdict::ExpectedMiss(miss),

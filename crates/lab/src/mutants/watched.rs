@@ -10,12 +10,12 @@ use afterlight::gpu::{self, Device, DeviceChoice, Instance, InstanceOptions, Mes
 use afterlight::scene::{Scene, Settings};
 
 /// Extensions of the instance and of the device.
-pub type Extensions = (&'static [&'static CStr], &'static [&'static CStr]);
+pub type WatchedExtensions = (&'static [&'static CStr], &'static [&'static CStr]);
 /// No extensions: enough for frames that are not presented.
-pub const NO_EXTENSIONS: Extensions = (&[], &[]);
+pub const NO_EXTENSIONS: WatchedExtensions = (&[], &[]);
 
 /// A device under the layer.
-pub struct Watched {
+pub struct LayerDevice {
     instance: Arc<Instance>,
     device: Arc<Device>,
 }
@@ -30,9 +30,9 @@ pub struct Drawn {
     pub more: u64,
 }
 
-impl Watched {
+impl LayerDevice {
     /// Opens a device under the layer, with its heuristic of accesses by shaders or without. `None` where the layer has no heuristic.
-    pub fn open(choice: &DeviceChoice, heuristic: bool, extensions: Extensions) -> gpu::Result<Option<Self>> {
+    pub fn open(choice: &DeviceChoice, heuristic: bool, extensions: WatchedExtensions) -> gpu::Result<Option<Self>> {
         let validation = Validation::Synchronization;
         let options = InstanceOptions { validation, sync_shader_heuristic: heuristic, ..InstanceOptions::default() };
         let instance = Instance::with_extensions(&options, extensions.0)?;

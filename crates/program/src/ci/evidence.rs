@@ -147,10 +147,10 @@ impl EvidenceFolder {
         }
     }
 
-    pub fn of_plan(&self, plan: &FramePlan, drawing: &CaseSetup, device: &Arc<Device>) {
-        let [width, height] = drawing.settings.size;
-        let mut text = format!("{}: {width}x{height} on {}\n", drawing.scene.name, device.physical.name);
-        let _ = writeln!(text, "settings: {}\n", drawing.settings.patch());
+    pub fn of_plan(&self, plan: &FramePlan, setup: &CaseSetup, device: &Arc<Device>) {
+        let [width, height] = setup.settings.size;
+        let mut text = format!("{}: {width}x{height} on {}\n", setup.scene.name, device.physical.name);
+        let _ = writeln!(text, "settings: {}\n", setup.settings.patch());
         let _ = write!(text, "{}\nDependencies\n{}", plan_table(plan).render(), examine::dependencies(plan));
         self.write("plan.txt", text.as_bytes());
     }

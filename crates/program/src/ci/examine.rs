@@ -139,10 +139,10 @@ impl CaseSetup {
 }
 
 /// Makes all checks of the case.
-pub fn examine(case: &SuiteCase, place: &CaseContext, evidence: &EvidenceFolder) -> CaseReport {
+pub fn examine(case: &SuiteCase, context: &CaseContext, evidence: &EvidenceFolder) -> CaseReport {
     let begun = Instant::now();
     let mut report = CaseReport::new(&case.name);
-    if let Err(Abort { verdict, why }) = try_all(case, place, evidence, &mut report)
+    if let Err(Abort { verdict, why }) = try_all(case, context, evidence, &mut report)
         && (report.verdict == Verdict::Pass || verdict == Verdict::Lost)
     {
         report.verdict = verdict;
@@ -154,24 +154,24 @@ pub fn examine(case: &SuiteCase, place: &CaseContext, evidence: &EvidenceFolder)
 
 fn try_all(
     case: &SuiteCase,
-    place: &CaseContext,
+    context: &CaseContext,
     evidence: &EvidenceFolder,
     report: &mut CaseReport,
 ) -> Result<(), Abort> {
     evidence.write(super::evidence::SUITE, super::suite::alone(case, None).as_bytes());
     evidence.write("environment.txt", super::evidence::environment().as_bytes());
-    if let Some(baseline) = place.baseline {
+    if let Some(baseline) = context.baseline {
         evidence.baseline(baseline, &case.name);
     }
     let drawing = CaseSetup::open(case).inspect_err(|_| evidence.scene_files(&case.scene.named_file()))?;
     evidence.scene_files(&drawing.scene.files);
-    let first = unobserved(case, place, &drawing, evidence, report)?;
+    let first = unobserved(case, context, &drawing, evidence, report)?;
     for &mode in &case.holds.validate {
-        observed(mode, place, &drawing, &first, evidence, report)?;
+        observed(mode, context, &drawing, &first, evidence, report)?;
     }
-    window::show(case, place, &drawing, &first, evidence, report)?;
+    window::show(case, context, &drawing, &first, evidence, report)?;
     if case.holds.resizes > 0 {
-        resizes::storm(case.holds.resizes, place, &drawing, evidence, report)?;
+        resizes::storm(case.holds.resizes, context, &drawing, evidence, report)?;
     }
     Ok(())
 }
@@ -179,36 +179,36 @@ fn try_all(
 /// Makes all checks that need no layer, and returns the first picture.
 fn unobserved(
     case: &SuiteCase,
-    place: &CaseContext,
-    drawing: &CaseSetup,
+    context: &CaseContext,
+    setup: &CaseSetup,
     evidence: &EvidenceFolder,
     report: &mut CaseReport,
 ) -> Result<Picture, Abort> {
-    let picture = with_device(CaseStage { mode: None, shows: None }, place, evidence, report, |device, report| {
+    let picture = with_device(CaseStage { mode: None, shows: None }, context, evidence, report, |device, report| {
         evidence.of_device(device);
-        let plan = drawing.plan(device)?;
-        evidence.of_plan(&plan, drawing, device);
+        let plan = setup.plan(device)?;
+        evidence.of_plan(&plan, setup, device);
         device.keep_shaders();
-        let mut renderer = drawing.renderer(device)?;
+        let mut renderer = setup.renderer(device)?;
         evidence.shaders(device.take_shaders());
-        let picture = drawing.picture(&mut renderer)?;
+        let picture = setup.picture(&mut renderer)?;
         evidence.picture("picture.png", &picture);
         report.picture = Some(hash(&picture));
-        report.gpu_ms = gpu_ms(drawing, &mut renderer)?;
+        report.gpu_ms = gpu_ms(setup, &mut renderer)?;
         drop(renderer);
-        identical(case, drawing, device, &picture, evidence, report)?;
-        against_baseline(case, place, &picture, evidence, report);
+        identical(case, setup, device, &picture, evidence, report)?;
+        against_baseline(case, context, &picture, evidence, report);
         if let Some(bound) = case.holds.slower {
-            time(bound, case, place, report);
+            time(bound, case, context, report);
         }
         if case.holds.steady_frames > 0 {
-            steady(case.holds.steady_frames, drawing, device, report)?;
+            steady(case.holds.steady_frames, setup, device, report)?;
         }
         if let Some(own) = &case.holds.soak {
-            soak::soak(own, place, drawing, device, (evidence, report))?;
+            soak::soak(own, context, setup, device, (evidence, report))?;
         }
         if let Some(truth) = &case.holds.truth {
-            against_truth(truth, drawing, device, evidence, report)?;
+            against_truth(truth, setup, device, evidence, report)?;
         }
         Ok(picture)
     })?;
@@ -219,21 +219,21 @@ fn unobserved(
 /// One picture while the layer checks.
 fn observed(
     mode: ValidationMode,
-    place: &CaseContext,
-    drawing: &CaseSetup,
+    context: &CaseContext,
+    setup: &CaseSetup,
     first: &Picture,
     evidence: &EvidenceFolder,
     report: &mut CaseReport,
 ) -> Result<(), Abort> {
-    let picture = with_device(CaseStage { mode: Some(mode), shows: None }, place, evidence, report, |device, _| {
-        let mut renderer = drawing.renderer(device)?;
+    let picture = with_device(CaseStage { mode: Some(mode), shows: None }, context, evidence, report, |device, _| {
+        let mut renderer = setup.renderer(device)?;
         // The second picture finds the first one's data in targets and buffers.
-        drawing.picture(&mut renderer)?;
-        drawing.picture(&mut renderer)
+        setup.picture(&mut renderer)?;
+        setup.picture(&mut renderer)
     })?;
     let Some(picture) = picture else { return Ok(()) };
     // GPU-assisted validation adds code to shaders, which may change their rounding.
-    if mode != ValidationMode::GpuAssisted && drawing.settings.frames_over_time().is_none() {
+    if mode != ValidationMode::GpuAssisted && setup.settings.frames_over_time().is_none() {
         let differ = differing(first, &picture);
         if differ > 0 {
             evidence.picture(&format!("picture-{}.png", mode.name()), &picture);
@@ -247,7 +247,7 @@ fn observed(
 
 fn identical(
     case: &SuiteCase,
-    drawing: &CaseSetup,
+    setup: &CaseSetup,
     device: &Arc<Device>,
     first: &Picture,
     evidence: &EvidenceFolder,
@@ -255,7 +255,7 @@ fn identical(
 ) -> Result<(), Abort> {
     let count = case.holds.identical;
     for index in 1..count {
-        let picture = drawing.picture(&mut drawing.renderer(device)?)?;
+        let picture = setup.picture(&mut setup.renderer(device)?)?;
         let differ = differing(first, &picture);
         if differ > 0 {
             evidence.picture("picture-again.png", &picture);
@@ -274,12 +274,12 @@ fn identical(
 /// Compares with the baseline's picture, which is kept with the difference: a case that fails in another check can be looked at beside it.
 fn against_baseline(
     case: &SuiteCase,
-    place: &CaseContext,
+    context: &CaseContext,
     picture: &Picture,
     evidence: &EvidenceFolder,
     report: &mut CaseReport,
 ) {
-    let Some(baseline) = place.baseline else { return };
+    let Some(baseline) = context.baseline else { return };
     let compared = baseline.picture(&case.name).and_then(|expected| {
         let pair = expected.zip(super::evidence::shown(picture));
         let Some((expected, actual)) = pair else { return Ok(None) };
@@ -308,21 +308,21 @@ fn against_baseline(
 }
 
 /// Median of the device's time for a frame.
-fn gpu_ms(drawing: &CaseSetup, renderer: &mut Renderer) -> Result<Option<f64>, Abort> {
+fn gpu_ms(setup: &CaseSetup, renderer: &mut Renderer) -> Result<Option<f64>, Abort> {
     let mut times = Vec::new();
     for _ in 0..TIMED_FRAMES {
-        renderer.render(&drawing.scene.camera)?;
+        renderer.render(&setup.scene.camera)?;
         times.extend(renderer.wait()?.gpu_ms);
     }
     Ok(Distribution::of(times).map(|times| times.median))
 }
 
-fn time(bound: f64, case: &SuiteCase, place: &CaseContext, report: &mut CaseReport) {
-    if place.is_shared {
+fn time(bound: f64, case: &SuiteCase, context: &CaseContext, report: &mut CaseReport) {
+    if context.is_shared {
         return report
             .skip(CheckKind::Time, "other cases use the device meanwhile: --jobs 1 gives times that mean something");
     }
-    let before = place.baseline.and_then(|baseline| baseline.gpu_ms(&case.name));
+    let before = context.baseline.and_then(|baseline| baseline.gpu_ms(&case.name));
     let (Some(before), Some(now)) = (before, report.gpu_ms) else {
         return report.skip(CheckKind::Time, "the baseline or the device has no time");
     };
@@ -362,8 +362,8 @@ impl MemorySample {
     }
 }
 
-fn steady(frames: u32, drawing: &CaseSetup, device: &Arc<Device>, report: &mut CaseReport) -> Result<(), Abort> {
-    let mut renderer = drawing.renderer(device)?;
+fn steady(frames: u32, setup: &CaseSetup, device: &Arc<Device>, report: &mut CaseReport) -> Result<(), Abort> {
+    let mut renderer = setup.renderer(device)?;
     let warm = WARM_FRAMES.min(frames / 2);
     let mut before = None;
     for frame in 0..frames {
@@ -371,7 +371,7 @@ fn steady(frames: u32, drawing: &CaseSetup, device: &Arc<Device>, report: &mut C
             renderer.wait()?;
             before = Some(MemorySample::by(device));
         }
-        renderer.render(&drawing.scene.camera)?;
+        renderer.render(&setup.scene.camera)?;
     }
     renderer.wait()?;
     if let Some(before) = before {
@@ -382,17 +382,17 @@ fn steady(frames: u32, drawing: &CaseSetup, device: &Arc<Device>, report: &mut C
 
 fn against_truth(
     bound: &TruthTolerance,
-    drawing: &CaseSetup,
+    setup: &CaseSetup,
     device: &Arc<Device>,
     evidence: &EvidenceFolder,
     report: &mut CaseReport,
 ) -> Result<(), Abort> {
-    let mut subject = Subject::with(drawing.scene.clone(), drawing.settings.patch());
-    let truth = if drawing.scene.moves() {
-        subject.playing = Some(drawing.playing.clone());
-        drawing.scene.at(&drawing.playing).into_owned()
+    let mut subject = Subject::with(setup.scene.clone(), setup.settings.patch());
+    let truth = if setup.scene.moves() {
+        subject.playing = Some(setup.playing.clone());
+        setup.scene.at(&setup.playing).into_owned()
     } else {
-        drawing.scene.clone()
+        setup.scene.clone()
     };
     let (errors, seen) = match stress::compare(device, &subject, &truth) {
         Ok(compared) => compared,

@@ -30,19 +30,19 @@ const TIMED_FRAMES: u32 = 8;
 /// Draws into `count` sizes at random. Skipped where the instance or the device has no surface without a display.
 pub fn storm(
     count: u32,
-    place: &CaseContext,
-    drawing: &CaseSetup,
+    context: &CaseContext,
+    setup: &CaseSetup,
     evidence: &EvidenceFolder,
     report: &mut CaseReport,
 ) -> Result<(), Abort> {
     let stage = CaseStage { mode: None, shows: Some(CheckKind::Resizes) };
-    with_device(stage, place, evidence, report, |device, report| {
+    with_device(stage, context, evidence, report, |device, report| {
         let surface = Surface::headless(device)?;
-        match draw(count, device, surface, drawing, evidence)? {
+        match draw(count, device, surface, setup, evidence)? {
             Ok(samples) => {
                 report.hold(CheckKind::Resizes, true, format!("drawn into {}", counted(count, "size")));
                 if !samples.is_empty() {
-                    curve::report_on(&samples, place.is_shared, report);
+                    curve::report_on(&samples, context.is_shared, report);
                 }
             }
             Err(why) => report.hold(CheckKind::Resizes, false, why),
@@ -57,23 +57,23 @@ fn draw(
     count: u32,
     device: &Arc<Device>,
     surface: Arc<Surface>,
-    drawing: &CaseSetup,
+    setup: &CaseSetup,
     evidence: &EvidenceFolder,
 ) -> Result<Result<Vec<SoakSample>, String>, Abort> {
-    let mut presenter = Presenter::new(device, surface, &drawing.scene, &drawing.settings, Vsync::Off)?;
+    let mut presenter = Presenter::new(device, surface, &setup.scene, &setup.settings, Vsync::Off)?;
     let mut random = fastrand::Rng::with_seed(SEED);
     let every = if count < LEAST_MEASURED { u32::MAX } else { count.div_ceil(SAMPLES) };
     let (mut samples, mut alive) = (Vec::new(), curve::ObjectCounts::default());
     for index in 1..=count {
         // One-pixel edges find the most faults.
         let size = [(); 2].map(|()| if random.u32(..8) == 0 { 1 } else { random.u32(1..=LONGEST) });
-        fit(size, &mut presenter, drawing)?;
-        if let Err(why) = draw_into(size, &mut presenter, drawing)? {
+        fit(size, &mut presenter, setup)?;
+        if let Err(why) = draw_into(size, &mut presenter, setup)? {
             return Ok(Err(why));
         }
         // Not before the first size: a buffer of a frame in flight is made when its frame first needs it, which may be after a resize.
         if index % every == 0 {
-            match sample(index, device, &mut presenter, drawing)? {
+            match sample(index, device, &mut presenter, setup)? {
                 Ok(own) => samples.push(own),
                 Err(why) => return Ok(Err(why)),
             }
@@ -84,16 +84,16 @@ fn draw(
     Ok(Ok(samples))
 }
 
-fn fit(size: [u32; 2], presenter: &mut Presenter, drawing: &CaseSetup) -> Result<(), Abort> {
-    let settings = Settings { size, ..drawing.settings.clone() };
-    presenter.fit(&drawing.scene, &settings, size)?;
+fn fit(size: [u32; 2], presenter: &mut Presenter, setup: &CaseSetup) -> Result<(), Abort> {
+    let settings = Settings { size, ..setup.settings.clone() };
+    presenter.fit(&setup.scene, &settings, size)?;
     presenter.refusal().map_or(Ok(()), |refused| Err(frame::Error::into(refused)))
 }
 
 /// Draws a frame and reads it back. The inner error says why nothing of that size was drawn.
-fn draw_into(size: [u32; 2], presenter: &mut Presenter, drawing: &CaseSetup) -> Result<Result<(), String>, Abort> {
+fn draw_into(size: [u32; 2], presenter: &mut Presenter, setup: &CaseSetup) -> Result<Result<(), String>, Abort> {
     let [width, height] = size;
-    match presenter.draw(&drawing.scene.camera, true, None)? {
+    match presenter.draw(&setup.scene.camera, true, None)? {
         Outcome::Shown(_) => {
             let picture = presenter.picture()?;
             let is_whole = picture.size == size;
@@ -108,14 +108,14 @@ fn sample(
     drawn: u32,
     device: &Device,
     presenter: &mut Presenter,
-    drawing: &CaseSetup,
+    setup: &CaseSetup,
 ) -> Result<Result<SoakSample, String>, Abort> {
-    let size = drawing.settings.size;
-    fit(size, presenter, drawing)?;
+    let size = setup.settings.size;
+    fit(size, presenter, setup)?;
     let mut fastest = f64::MAX;
     for _ in 0..TIMED_FRAMES {
         let begun = Instant::now();
-        if let Err(why) = draw_into(size, presenter, drawing)? {
+        if let Err(why) = draw_into(size, presenter, setup)? {
             return Ok(Err(why));
         }
         fastest = fastest.min(begun.elapsed().as_secs_f64() * 1e6);

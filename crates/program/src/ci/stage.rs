@@ -114,7 +114,7 @@ impl CaseStage {
 /// cannot check so, or nothing can be shown, which is noted.
 pub fn with_device<T>(
     stage: CaseStage,
-    place: &CaseContext,
+    context: &CaseContext,
     evidence: &EvidenceFolder,
     report: &mut CaseReport,
     work: impl FnOnce(&Arc<Device>, &mut CaseReport) -> Result<T, Abort>,
@@ -130,7 +130,7 @@ pub fn with_device<T>(
     }
     let log = instance.message_log();
     log.tell_to(stage.mode.and_then(|_| evidence.layer_log(&stage.name())));
-    let device = match stage.device(&instance, place.device) {
+    let device = match stage.device(&instance, context.device) {
         Ok(device) => device,
         Err(error) => {
             let heard = Observed::end(&log);

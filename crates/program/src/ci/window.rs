@@ -14,8 +14,8 @@ use crate::compare::differing;
 /// without a display.
 pub fn show(
     case: &SuiteCase,
-    place: &CaseContext,
-    drawing: &CaseSetup,
+    context: &CaseContext,
+    setup: &CaseSetup,
     first: &Picture,
     evidence: &EvidenceFolder,
     report: &mut CaseReport,
@@ -24,13 +24,13 @@ pub fn show(
     if ways.is_empty() {
         return Ok(());
     }
-    let scene = drawing.scene.at(&drawing.playing);
+    let scene = setup.scene.at(&setup.playing);
     for mode in [None].into_iter().chain(case.holds.validate.iter().copied().map(Some)) {
         let stage = CaseStage { mode, shows: Some(CheckKind::Window) };
-        with_device(stage, place, evidence, report, |device, report| {
+        with_device(stage, context, evidence, report, |device, report| {
             for &way in ways {
-                let picture = experiment::show(device, &scene, &drawing.settings, way)?;
-                if is_comparable(drawing, mode, way) && differ(first, &picture, way) {
+                let picture = experiment::show(device, &scene, &setup.settings, way)?;
+                if is_comparable(setup, mode, way) && differ(first, &picture, way) {
                     evidence.picture(&format!("picture-{}.png", name(way)), &picture);
                     let detail = format!("{}: the picture is another than without a window", name(way));
                     report.hold(CheckKind::Window, false, detail);
@@ -45,8 +45,8 @@ pub fn show(
     Ok(())
 }
 
-fn name(way: PresentPath) -> &'static str {
-    match way {
+fn name(path: PresentPath) -> &'static str {
+    match path {
         PresentPath::Straight => "straight",
         PresentPath::Enlarged => "enlarged",
         PresentPath::Encoded => "encoded",
@@ -54,26 +54,26 @@ fn name(way: PresentPath) -> &'static str {
     }
 }
 
-fn is_encoded(way: PresentPath) -> bool {
-    matches!(way, PresentPath::Encoded | PresentPath::EncodedKept)
+fn is_encoded(path: PresentPath) -> bool {
+    matches!(path, PresentPath::Encoded | PresentPath::EncodedKept)
 }
 
 /// Returns true if the picture must be the one without a window. A window shows frames as they come, and not the average of many; GPU-assisted validation
 /// adds code to shaders; FXAA and TAA find differences that 8 bits round away and ENCODE does not.
-fn is_comparable(drawing: &CaseSetup, mode: Option<ValidationMode>, way: PresentPath) -> bool {
-    let settings = &drawing.settings;
-    let is_rounded = is_encoded(way) && settings.smooths_picture();
+fn is_comparable(setup: &CaseSetup, mode: Option<ValidationMode>, path: PresentPath) -> bool {
+    let settings = &setup.settings;
+    let is_rounded = is_encoded(path) && settings.smooths_picture();
     mode != Some(ValidationMode::GpuAssisted)
         && settings.frames_over_time().is_none()
         && settings.samples == 1
         && !is_rounded
-        && !drawing.scene.moves()
+        && !setup.scene.moves()
 }
 
 /// ENCODE reads light that was never rounded to 8 bits: there values may differ by one.
-fn differ(one: &Picture, other: &Picture, way: PresentPath) -> bool {
+fn differ(one: &Picture, other: &Picture, path: PresentPath) -> bool {
     match (&one.pixels, &other.pixels) {
-        (Pixels::Srgb8(one), Pixels::Srgb8(other)) if is_encoded(way) && one.len() == other.len() => {
+        (Pixels::Srgb8(one), Pixels::Srgb8(other)) if is_encoded(path) && one.len() == other.len() => {
             one.iter().zip(other).any(|(one, other)| one.abs_diff(*other) > 1)
         }
         _ => differing(one, other) > 0,

@@ -14,6 +14,7 @@ use super::failure::{Exit, Failure};
 use super::image_output::{Destination, PictureFormat};
 use super::output;
 use super::table::TextTable;
+#[cfg(feature = "ci")]
 pub use image_file::ImageFile;
 use metric::{ComparisonMetric, Limit};
 use pair::{Comparison, ImagePair};

@@ -33,15 +33,15 @@ const BETWEEN_SAMPLES: f64 = 1.1;
 
 /// The levels of a mesh, with a hash of what they were made of.
 #[derive(Debug, Default)]
-pub(super) struct Made(Mutex<Option<(blake3::Hash, Arc<[Level]>)>>);
+pub(super) struct LevelCache(Mutex<Option<(blake3::Hash, Arc<[Level]>)>>);
 
-impl Made {
+impl LevelCache {
     fn get(&self) -> Option<(blake3::Hash, Arc<[Level]>)> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 }
 
-impl Clone for Made {
+impl Clone for LevelCache {
     fn clone(&self) -> Self {
         Self(Mutex::new(self.get()))
     }

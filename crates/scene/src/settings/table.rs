@@ -299,7 +299,7 @@ settings! {
         "reflections", "reflections" => reflections: Reflections = Reflections::Off, {
             title: "reflections", of_lit_picture: true, beyond_gltf: true, of_truth: true, sweep: SweepMode::Alone,
         }
-        /// Roughness from which on surfaces have no reflections; they fade out over the last fifth below it
+        /// Leave out reflections of surfaces at least this rough; they fade out over the last fifth below it
         "reflection-roughness", "reflection_roughness" => reflection_roughness: f32 = 0.6, {
             title: "reflection roughness", values: ValueKind::Number(0.0, 1.0), of_truth: true,
         }
@@ -494,7 +494,7 @@ settings! {
         "shadows", "enabled" => shadows, enabled: bool = true, {
             title: "shadow maps", of_truth: true, cheaper: &["off"],
         }
-        /// Width and height of a shadow map layer: a cascade has a whole layer, a spot light and each of a point light's six faces a quarter
+        /// Make each layer of shadow maps this wide and high: a cascade has a whole layer, a spot light and each of a point light's six faces a quarter
         "shadow-size", "size" => shadow_size, size: u32 = 2048, {
             // A quarter of the smallest still has room for a filter.
             title: "shadow map size", values: ValueKind::Whole(32, 16384), unit: "texels",

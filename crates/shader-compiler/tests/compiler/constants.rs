@@ -1,7 +1,7 @@
 //! Constants that a shader shares with the host: their values and types, as values and as Rust.
 
 use crate::common::{compile_with, error, error_with};
-use afterlight_shader_compiler::{HostConstant, OverrideValue, host_interface, write_rust};
+use afterlight_shader_compiler::{HostConstant, ScalarValue, host_interface, write_rust};
 
 const MODULE: (&str, &str) = (
     "shared/grid.wgsl",
@@ -34,11 +34,11 @@ fn marked_constants_have_their_values_and_types() {
         value,
     };
     let expected = [
-        constant(Some("grid"), "TILE", OverrideValue::U32(32)),
-        constant(Some("grid"), "OFFSET", OverrideValue::I32(-3)),
-        constant(Some("grid"), "SLACK", OverrideValue::F32(1e-4_f32.to_bits())),
-        constant(None, "IS_WIDE", OverrideValue::Bool(true)),
-        constant(None, "PLACES", OverrideValue::U32(32)),
+        constant(Some("grid"), "TILE", ScalarValue::U32(32)),
+        constant(Some("grid"), "OFFSET", ScalarValue::I32(-3)),
+        constant(Some("grid"), "SLACK", ScalarValue::F32(1e-4_f32.to_bits())),
+        constant(None, "IS_WIDE", ScalarValue::Bool(true)),
+        constant(None, "PLACES", ScalarValue::U32(32)),
     ];
     assert_eq!(shader.host_constants, expected);
     let interface = host_interface(&shader);

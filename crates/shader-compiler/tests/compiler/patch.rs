@@ -1,7 +1,7 @@
 //! The patch on real WGSL: its effect on subpass inputs, overrides and decorations.
 
 use crate::common::{all, compile, error, module, only, validate};
-use afterlight_shader_compiler::OverrideValue;
+use afterlight_shader_compiler::ScalarValue;
 use rspirv::dr::{Module, Operand};
 use rspirv::spirv::{Capability, Decoration, Dim, ImageOperands, Op};
 
@@ -175,7 +175,7 @@ fn overrides_are_specialization_constants_with_their_defaults() {
     let mut ids = decorations(&module, Decoration::SpecId);
     ids.sort_unstable();
     assert_eq!(ids, [0, 1, 2, 3, 4, 5]);
-    use OverrideValue::{Bool, F32, I32, U32};
+    use ScalarValue::{Bool, F32, I32, U32};
     let reflected: Vec<_> = shader.constants.iter().map(|constant| constant.default).collect();
     assert_eq!(reflected, [Bool(true), Bool(false), U32(6), I32(-4), U32(0), F32(0.25_f32.to_bits())]);
 }

@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use crate::common::{all, module, validate};
-use afterlight_shader_compiler::reflect::BindingKind;
+use afterlight_shader_compiler::reflect::ResourceKind;
 use afterlight_shader_compiler::{
-    CompiledEntryPoint, CompiledShader, OverrideValue, compile_directory, same_but_for_ids, write_rust,
+    CompiledEntryPoint, CompiledShader, ScalarValue, compile_directory, same_but_for_ids, write_rust,
 };
 use rspirv::spirv::Op;
 
@@ -53,11 +53,11 @@ fn names_and_bindings_are_those_of_the_source() {
         assert_eq!(fragment.name, "fragment");
         fragment.bindings.iter().map(|b| (b.name.clone(), b.set, b.binding, b.kind)).collect()
     };
-    let input = |name: &str, binding, index| (name.to_owned(), 0, binding, BindingKind::InputAttachment { index });
+    let input = |name: &str, binding, index| (name.to_owned(), 0, binding, ResourceKind::InputAttachment { index });
     let rest = [
-        ("lights".to_owned(), 1, 0, BindingKind::StorageBuffer { read_only: true }),
-        ("noise".to_owned(), 1, 1, BindingKind::SampledImage),
-        ("noise_sampler".to_owned(), 1, 2, BindingKind::Sampler),
+        ("lights".to_owned(), 1, 0, ResourceKind::StorageBuffer { read_only: true }),
+        ("noise".to_owned(), 1, 1, ResourceKind::SampledImage),
+        ("noise_sampler".to_owned(), 1, 2, ResourceKind::Sampler),
     ];
     let few = [input("subpass_albedo", 0, 0), input("subpass_depth", 3, 1)];
     let many = [input("subpass_albedo", 0, 0), input("subpass_normal", 1, 1), input("subpass_depth", 3, 2)];
@@ -87,9 +87,9 @@ fn constants_keep_their_ids_in_every_variant() {
     assert_eq!(
         found,
         [
-            ("LIGHT_MODEL", 0, OverrideValue::U32(1)),
-            ("SCALE", 1, OverrideValue::F32(0.5_f32.to_bits())),
-            ("FANCY", 8, OverrideValue::Bool(false)),
+            ("LIGHT_MODEL", 0, ScalarValue::U32(1)),
+            ("SCALE", 1, ScalarValue::F32(0.5_f32.to_bits())),
+            ("FANCY", 8, ScalarValue::Bool(false)),
         ]
     );
     let fragment = module(&shader.variants[0].entry_points[1]);

@@ -154,13 +154,13 @@ impl<'a> Geometry<'a> {
     }
 
     /// The base colour's alpha at a place.
-    pub fn alpha(&self, part: &TracedObject, triangle: u32, weights: [f64; 3]) -> f64 {
-        let texel = part.texel(self.scene, TextureSlot::BaseColor, triangle, weights).map_or(1.0, |texel| texel.w);
-        f64::from(part.material.alpha) * texel * part.color(triangle, weights).w
+    pub fn alpha(&self, object: &TracedObject, triangle: u32, weights: [f64; 3]) -> f64 {
+        let texel = object.texel(self.scene, TextureSlot::BaseColor, triangle, weights).map_or(1.0, |texel| texel.w);
+        f64::from(object.material.alpha) * texel * object.color(triangle, weights).w
     }
 
-    fn is_hole(&self, part: &TracedObject, triangle: u32, weights: [f64; 3]) -> bool {
-        part.cutoff.is_some_and(|cutoff| self.alpha(part, triangle, weights) < cutoff)
+    fn is_hole(&self, object: &TracedObject, triangle: u32, weights: [f64; 3]) -> bool {
+        object.cutoff.is_some_and(|cutoff| self.alpha(object, triangle, weights) < cutoff)
     }
 
     /// Finds the surfaces along a ray from `near` on: the nearest opaque surface, and through `transparent` each transparent one before

@@ -38,7 +38,7 @@ impl ShutterScene<'_> {
 
 /// The other parameters that a truth of it depends on, beside the settings.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Exposure {
+pub struct ShutterOptions {
     /// Width and height in pixels.
     pub size: [u32; 2],
     /// Of each pixel.
@@ -53,11 +53,11 @@ pub struct Exposure {
 /// When [`Scene::check`] finds a fault at some moment.
 pub fn render(
     shot: &ShutterScene,
-    exposure: &Exposure,
+    exposure: &ShutterOptions,
     settings: &Settings,
     progress: ProgressCallback,
 ) -> Result<Truth, Error> {
-    let Exposure { size, samples, smith } = *exposure;
+    let ShutterOptions { size, samples, smith } = *exposure;
     let mut accumulation = Accumulation::new(size);
     let pixels = accumulation.mean.len() as u64;
     for sample in 0..samples {

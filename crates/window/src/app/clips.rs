@@ -4,13 +4,13 @@ use std::time::Instant;
 
 use super::{App, Opened};
 use crate::keys::Action;
-use crate::subject::LiveScene;
+use crate::live_scene::LiveScene;
 
 impl App<'_> {
     /// Has the next frame show the moment that clips have come to.
     pub(super) fn play(&mut self, now: Instant) {
         let Some(Opened { presenter, interface, .. }) = &mut self.opened else { return };
-        let LiveScene { scene, player, .. } = &mut self.subject;
+        let LiveScene { scene, player, .. } = &mut self.live;
         if !player.advance(now, &scene.motion) {
             return;
         }
@@ -25,7 +25,7 @@ impl App<'_> {
 
     /// Applies a key's action to clips.
     pub(super) fn change_clips(&mut self, action: Action) {
-        let LiveScene { scene, player, .. } = &mut self.subject;
+        let LiveScene { scene, player, .. } = &mut self.live;
         match action {
             Action::Nudge { back } => player.nudge(&scene.motion, back),
             Action::Clip { back } => player.turn(&scene.motion, back),

@@ -117,7 +117,7 @@ impl ApplicationHandler for App<'_> {
         } else {
             self.clock.pause();
             self.advanced = None;
-            self.subject.player.rest();
+            self.live.player.rest();
             self.again.map_or(ControlFlow::Wait, ControlFlow::WaitUntil)
         };
         events.set_control_flow(flow);

@@ -35,14 +35,14 @@ impl App<'_> {
             Some(Action::Panels) => self.open_panels(|controls| controls.shown = !controls.shown),
             Some(Action::View { back }) => {
                 if let Some(Opened { interface, presenter, .. }) = &mut self.opened {
-                    self.unfit |= interface.turn_view(presenter, &mut self.subject, back);
-                    self.teller.tell(&format!("view: {}", self.subject.settings.view));
+                    self.unfit |= interface.turn_view(presenter, &mut self.live, back);
+                    self.teller.tell(&format!("view: {}", self.live.settings.view));
                 }
             }
             Some(Action::Step { back }) => {
                 if let Some(Opened { interface, presenter, .. }) = &mut self.opened {
-                    self.unfit |= interface.step(presenter, &self.subject, back);
-                    let line = interface.stepper().line(&self.subject.scene);
+                    self.unfit |= interface.step(presenter, &self.live, back);
+                    let line = interface.stepper().line(&self.live.scene);
                     // A panel shows the steps while there are any.
                     match interface.stepper().is_open() {
                         true => self.teller.print(&line),
@@ -85,7 +85,7 @@ impl App<'_> {
     fn end_steps_or_marks(&mut self) -> bool {
         match &mut self.opened {
             Some(Opened { interface, presenter, .. }) if interface.stepper().is_open() => {
-                self.unfit |= interface.end_steps(presenter, &self.subject);
+                self.unfit |= interface.end_steps(presenter, &self.live);
                 true
             }
             opened => opened.as_mut().is_some_and(|opened| opened.interface.clear()),
@@ -113,10 +113,10 @@ impl App<'_> {
     fn keep_scene(&mut self) {
         let Some(Opened { window, .. }) = &self.opened else { return };
         let PhysicalSize { width, height } = window.inner_size();
-        let settings = SettingsPatch { size: Some([width, height]), ..self.subject.settings.patch() };
-        let told = (self.options.keep_scene)(&self.subject.scene, self.control.camera(), &settings);
+        let settings = SettingsPatch { size: Some([width, height]), ..self.live.settings.patch() };
+        let told = (self.options.keep_scene)(&self.live.scene, self.control.camera(), &settings);
         self.teller.tell(&told.unwrap_or_else(|error| format!("warning: no scene file: {error}")));
-        if self.subject.has_other_roughness() {
+        if self.live.has_other_roughness() {
             self.teller.tell("warning: a scene file cannot say that all materials are as rough");
         }
     }
@@ -126,7 +126,7 @@ impl App<'_> {
         if let Some(Opened { interface, window, .. }) = &mut self.opened {
             let PhysicalSize { width, height } = window.inner_size();
             let view = CameraView { camera: *self.control.camera(), size: [width, height] };
-            interface.pick(&self.subject, view, self.mouse);
+            interface.pick(&self.live, view, self.mouse);
         }
     }
 

@@ -57,9 +57,7 @@ impl App<'_> {
             (self.told_coarse, self.is_opening) = (coarse, false);
             let coarse = coarse.map(|[width, height]| format!("{width}x{height} pixels"));
             let told: Vec<&str> = [&self.told_times, &coarse].into_iter().filter_map(Option::as_deref).collect();
-            opened
-                .window
-                .set_title(&title(&self.subject.scene, (!told.is_empty()).then(|| told.join(", ")).as_deref()));
+            opened.window.set_title(&title(&self.live.scene, (!told.is_empty()).then(|| told.join(", ")).as_deref()));
         }
     }
 }

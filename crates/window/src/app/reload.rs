@@ -15,7 +15,7 @@ impl App<'_> {
     pub(super) fn watch_files(&mut self) {
         let Some(read) = self.options.read_again.take() else { return };
         let wake = Arc::clone(&self.wake);
-        let watch = Watch::new(&self.subject.scene.files, read, self.options.shaders.take(), move || wake());
+        let watch = Watch::new(&self.live.scene.files, read, self.options.shaders.take(), move || wake());
         match watch {
             Ok(watch) => self.watch = Some(watch),
             Err(error) => self.teller.tell(&format!("warning: files are not watched: {error}")),
@@ -33,12 +33,12 @@ impl App<'_> {
                         self.teller.tell(&format!("warning: {warning}"));
                     }
                     self.teller.tell(&format!("scene: read again, {}", counted(scene.objects.len(), "object")));
-                    if interface.renew(presenter, &mut self.subject, (scene, settings)) {
+                    if interface.renew(presenter, &mut self.live, (scene, settings)) {
                         // Records the camera's place until now: it jumps from there.
                         if let Some(recording) = &mut self.recording {
                             recording.take(Instant::now(), *self.control.camera());
                         }
-                        let new = self.control.begin_again(&self.subject.scene);
+                        let new = self.control.begin_again(&self.live.scene);
                         self.control_before.get_or_insert(std::mem::replace(&mut self.control, new));
                     }
                     self.unfit = true;

@@ -6,9 +6,9 @@ use winit::event::ElementState;
 
 use super::{App, Opened};
 use crate::WindowOptions;
+use crate::live_scene::LiveScene;
 use crate::messages::Teller;
 use crate::split::Grip;
-use crate::subject::LiveScene;
 use crate::user_interface::UserInterface;
 use afterlight::frame::Presenter;
 use afterlight::scene::{Camera, Settings};
@@ -17,8 +17,8 @@ impl App<'_> {
     /// Splits the window, turns to the next view beside the picture, or shows the picture alone.
     pub(super) fn split(&mut self, next: bool) {
         if let Some(Opened { interface, presenter, .. }) = &mut self.opened {
-            self.unfit |= interface.split(presenter, &self.subject, next);
-            let own = self.subject.settings.view;
+            self.unfit |= interface.split(presenter, &self.live, next);
+            let own = self.live.settings.view;
             self.teller.tell(&match interface.controls.beside {
                 Some(beside) => format!("split: {own} | {beside}"),
                 None => "split: none".to_owned(),
@@ -91,12 +91,12 @@ pub(super) fn compare_up_to_white(
 /// Keeps the light that the window's picture from this camera is made of.
 pub(super) fn keep_light(
     presenter: &Presenter,
-    subject: &LiveScene,
+    live: &LiveScene,
     camera: &Camera,
     (options, teller): (&WindowOptions, &Teller),
 ) {
-    let size = presenter.window_size().unwrap_or(subject.settings.size);
-    let picture = presenter.picture_apart(&subject.scene, &subject.in_nits(size), camera);
+    let size = presenter.window_size().unwrap_or(live.settings.size);
+    let picture = presenter.picture_apart(&live.scene, &live.in_nits(size), camera);
     let told = picture.map_err(|error| error.to_string()).and_then(|picture| (options.keep)(&picture));
     teller.tell(&told.unwrap_or_else(|error| format!("warning: no screenshot: {error}")));
 }

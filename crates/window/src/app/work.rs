@@ -16,7 +16,7 @@ impl App<'_> {
     pub(super) fn motion(&self, copies: CopyPurposes) -> PictureMotion {
         let Some(Opened { interface, .. }) = &self.opened else { return PictureMotion::Rests };
         let whole = copies.kept || copies.compared || interface.is_comparing() || interface.stepper().is_open();
-        match self.subject.player.runs() || self.control.is_moving(self.held) || self.has_changed {
+        match self.live.player.runs() || self.control.is_moving(self.held) || self.has_changed {
             _ if whole => PictureMotion::Kept,
             true => PictureMotion::Moves,
             false => PictureMotion::Rests,

@@ -52,11 +52,11 @@ fn two(first: Vec<ResourceUse>, second: Vec<ResourceUse>) -> StepList {
 
 #[test]
 fn passes_that_cannot_be_one_render_pass_are_refused_with_their_names() {
-    use InitialContents::Undefined;
+    use ContentsIfFirst::Undefined;
     let (_, plan) =
         samples::plans().into_iter().find(|(_, plan)| plan.gbuffer.is_some() && plan.hdr.is_none()).expect("a plan");
     let rows = rows::formulas();
-    let depth = || ResourceUse::depth(InitialContents::Clear, geometry::DEPTH_TEST);
+    let depth = || ResourceUse::depth(ContentsIfFirst::Clear, geometry::DEPTH_TEST);
     let color = |location, target| ResourceUse::color(location, target, Undefined, geometry::COLOR_WRITE);
     let input = |target| ResourceUse::input(0, target, lighting::GBUFFER_READ);
     let (albedo, normal) = (Target::Albedo, Target::Normal);

@@ -54,11 +54,11 @@ pub struct Arrow {
 type StyledLines = Vec<(&'static str, String)>;
 
 impl Strip {
-    pub fn of(plan: &FramePlan, edges: &Rows, row: &Row) -> Self {
+    pub fn of(plan: &FramePlan, table: &Rows, row: &Row) -> Self {
         let region = row.region();
         let heading = format!("{} -> {}, {}{region}", row.from, row.to, row.carrier);
         let strip = Self { name: row.name.name(), heading, pairs: Vec::new(), below: vec![row.why.clone()] };
-        match edges.without(row.name) {
+        match table.without(row.name) {
             Ok(without) => strip.with_hazards(&FrameModel::of(plan, &without)),
             Err(_) => strip.with_masks(row),
         }

@@ -193,10 +193,10 @@ fn tracks(graph: &Graph) -> Vec<usize> {
     tracks
 }
 
-fn note_lines(edge: &Row) -> Vec<TextLine> {
+fn note_lines(row: &Row) -> Vec<TextLine> {
     let masks = INDENT + Font::Code.width("before ");
-    let region = edge.region();
-    let head = format!("{}: {} -> {}{region}", edge.name, edge.from, edge.to);
+    let region = row.region();
+    let head = format!("{}: {} -> {}{region}", row.name, row.from, row.to);
     let mut lines = vec![TextLine { font: Font::Name, class: "", indent: INDENT, word: "", text: head }];
     let mut add = |font: Font, class, indent: f64, word, text: &str| {
         let wrapped = wrap(font, text, WIDTH - indent - 10.0).into_iter().enumerate();
@@ -205,8 +205,8 @@ fn note_lines(edge: &Row) -> Vec<TextLine> {
             TextLine { font, class, indent, word, text }
         }));
     };
-    add(Font::Prose, "", INDENT, "", &edge.why);
-    for (word, side) in [("after", edge.before), ("before", edge.after)] {
+    add(Font::Prose, "", INDENT, "", &row.why);
+    for (word, side) in [("after", row.before), ("before", row.after)] {
         let (stages, access) = (words(&side.stage), words_of(&side.access));
         let both = format!("{stages}: {access}");
         if masks + Font::Code.width(&both) + 10.0 < WIDTH {
@@ -217,8 +217,8 @@ fn note_lines(edge: &Row) -> Vec<TextLine> {
         }
     }
     // A dependency of a render pass stands in that pass's frame.
-    if !edge.carrier.is_render_pass() {
-        add(Font::Code, "", masks, "by", &edge.carrier.to_string());
+    if !row.carrier.is_render_pass() {
+        add(Font::Code, "", masks, "by", &row.carrier.to_string());
     }
     lines
 }

@@ -16,13 +16,13 @@ use afterlight::frame::rows::{Row, Rows};
 use afterlight::plan::FramePlan;
 
 /// The frames of a plan as SVG. `title` names their scene.
-pub fn draw(title: &str, plan: &FramePlan, edges: &Rows) -> String {
-    let graph = model::Graph::of(plan, edges);
+pub fn draw(title: &str, plan: &FramePlan, rows: &Rows) -> String {
+    let graph = model::Graph::of(plan, rows);
     layout::draw(title, plan, &graph)
 }
 
-/// A strip for each of these rows of a plan's table: the uses that the row orders, and the hazard between them without it.
-pub fn draw_hazards(title: &str, plan: &FramePlan, edges: &Rows, rows: &[&Row]) -> String {
-    let strips: Vec<_> = rows.iter().map(|row| hazards::Strip::of(plan, edges, row)).collect();
+/// A strip for each of some rows of a plan's table: the uses that the row orders, and the hazard between them without it.
+pub fn draw_hazards(title: &str, plan: &FramePlan, table: &Rows, rows: &[&Row]) -> String {
+    let strips: Vec<_> = rows.iter().map(|row| hazards::Strip::of(plan, table, row)).collect();
     hazards::draw(title, &strips)
 }

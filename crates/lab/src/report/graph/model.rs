@@ -76,8 +76,8 @@ const AFTER: [PassName; 5] =
     [PassName::OUTSIDE, copy::PASS.place, PassName::DEVICE, PassName::PRESENTATION, PassName::HOST];
 
 impl Graph {
-    pub fn of(plan: &FramePlan, edges: &Rows) -> Self {
-        let (list, passes) = (StepList::of(plan), PassDescription::all(plan, edges));
+    pub fn of(plan: &FramePlan, rows: &Rows) -> Self {
+        let (list, passes) = (StepList::of(plan), PassDescription::all(plan, rows));
         let mut images: Vec<FrameImage> = Vec::new();
         for (resource, attachment) in passes.iter().flat_map(|pass| &pass.attachments) {
             if !images.iter().any(|own| own.resource == *resource) {
@@ -101,7 +101,7 @@ impl Graph {
                 });
             }
         }
-        for edge in edges.iter() {
+        for edge in rows.iter() {
             for (place, when) in ends(edge) {
                 if graph.find(place, when).is_none() {
                     graph.stops.push(stop(&list, place, when));
@@ -120,13 +120,13 @@ impl Graph {
             order.iter().position(|&own| own == stop.place).unwrap_or(0)
         };
         graph.stops.sort_by_key(|stop| (stop.when, rank(stop)));
-        let between = |edge: &Row| {
+        let between = |row: &Row| {
             // Added above, where it was not there.
-            let [from, to] = ends(edge).map(|(place, when)| graph.find(place, when).unwrap_or(0));
-            (edge.clone(), [from, to])
+            let [from, to] = ends(row).map(|(place, when)| graph.find(place, when).unwrap_or(0));
+            (row.clone(), [from, to])
         };
-        graph.edges = edges.iter().map(between).collect();
-        graph.layouts = edges.iter().map(|edge| layout_changes(plan, edges, edge)).collect();
+        graph.edges = rows.iter().map(between).collect();
+        graph.layouts = rows.iter().map(|edge| layout_changes(plan, rows, edge)).collect();
         graph
     }
 
@@ -227,14 +227,14 @@ fn image(
 }
 
 /// Returns the begin and the end of a row. Places outside of the frame lie before those that wait for them, and after those that they wait for.
-fn ends(edge: &Row) -> [(PassName, When); 2] {
+fn ends(row: &Row) -> [(PassName, When); 2] {
     // Data that the CPU hands over come before everything that a submission does, and data that it waits for after all of that.
-    let (from, to) = match (edge.from, edge.to) {
+    let (from, to) = match (row.from, row.to) {
         (PassName::DEVICE, _) => (When::After, When::After),
         (_, PassName::DEVICE) => (When::Before, When::Before),
         _ => (When::Before, When::After),
     };
-    [(edge.from, when(edge.from, from)), (edge.to, when(edge.to, to))]
+    [(row.from, when(row.from, from)), (row.to, when(row.to, to))]
 }
 
 /// Returns the work of a place that works once.

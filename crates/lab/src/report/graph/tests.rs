@@ -119,8 +119,8 @@ fn a_view_is_not_called_lighting() {
     assert!(draw("x", &plan, &rows::table(&plan)).contains("shows a buffer"));
 }
 
-fn strips(plan: &FramePlan, edges: &Rows) -> Vec<hazards::Strip> {
-    edges.iter().map(|row| hazards::Strip::of(plan, edges, row)).collect()
+fn strips(plan: &FramePlan, rows: &Rows) -> Vec<hazards::Strip> {
+    rows.iter().map(|row| hazards::Strip::of(plan, rows, row)).collect()
 }
 
 #[test]

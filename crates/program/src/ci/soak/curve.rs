@@ -146,7 +146,7 @@ fn count(number: f64) -> String {
 }
 
 /// One of the [`BOUNDS`], judged.
-pub struct Judged {
+pub struct BoundResult {
     pub check: CheckKind,
     pub outcome: CheckOutcome,
     pub detail: String,
@@ -154,10 +154,10 @@ pub struct Judged {
 
 /// Judges all of a curve, and skips values that the system does not tell. The first lap warms up; fewer samples than [`LEAST_SAMPLES`] are not
 /// judged.
-pub fn judge(samples: &[SoakSample]) -> Vec<Judged> {
+pub fn judge(samples: &[SoakSample]) -> Vec<BoundResult> {
     let skipped = |bound: &GrowthBound, why: &str| {
         let detail = format!("{}: {why}", bound.what);
-        Judged { check: bound.check, outcome: CheckOutcome::Skipped, detail }
+        BoundResult { check: bound.check, outcome: CheckOutcome::Skipped, detail }
     };
     let Some(first) = samples.first().filter(|_| samples.len() >= LEAST_SAMPLES) else {
         let why = format!("{} samples are too few, {LEAST_SAMPLES} are needed", samples.len());
@@ -177,14 +177,14 @@ pub fn judge(samples: &[SoakSample]) -> Vec<Judged> {
         let [started, ended, bounded] = [start, end, most].map(bound.text);
         let detail = format!("{} went from {started} to {ended}, at most {bounded}", bound.what);
         let outcome = if end <= most { CheckOutcome::Held } else { CheckOutcome::Failed };
-        Some(Judged { check: bound.check, outcome, detail })
+        Some(BoundResult { check: bound.check, outcome, detail })
     };
     BOUNDS.iter().map(|bound| of(bound).unwrap_or_else(|| skipped(bound, "the system does not tell it"))).collect()
 }
 
 /// Notes how a curve is judged. Times are skipped where other cases share the device.
 pub fn report_on(samples: &[SoakSample], is_shared: bool, report: &mut CaseReport) {
-    for Judged { check, outcome, detail } in judge(samples) {
+    for BoundResult { check, outcome, detail } in judge(samples) {
         if check == CheckKind::Time && is_shared {
             report.skip(check, "other cases use the device meanwhile: --jobs 1 gives times that mean something");
         } else {

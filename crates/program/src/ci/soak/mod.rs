@@ -37,22 +37,22 @@ const SLOW: Duration = Duration::from_millis(200);
 /// Draws so many frames, and judges the curve.
 pub fn soak(
     soak: &Soak,
-    place: &CaseContext,
-    drawing: &CaseSetup,
+    context: &CaseContext,
+    setup: &CaseSetup,
     device: &Arc<Device>,
     (evidence, report): (&EvidenceFolder, &mut CaseReport),
 ) -> Result<(), Abort> {
-    let mut renderer = drawing.renderer(device)?;
-    let mut changes = SoakScene::of(drawing);
+    let mut renderer = setup.renderer(device)?;
+    let mut changes = SoakScene::of(setup);
     let every = (soak.frames / SAMPLES).max(LEAST_FRAMES);
     let lap = (soak.frames / every / LAPS).max(1) as usize;
     let (mut samples, mut first, mut drawn) = (Vec::new(), None, 0);
     let mut alive = curve::ObjectCounts::default();
     loop {
         changes.go_home(&mut renderer)?;
-        let picture = drawing.picture(&mut renderer)?;
+        let picture = setup.picture(&mut renderer)?;
         drawn += TIMED_FRAMES;
-        samples.push(sample(drawn, drawing, device, &mut renderer)?);
+        samples.push(sample(drawn, setup, device, &mut renderer)?);
         evidence.write(CURVE, curve::csv(&samples).as_bytes());
         alive.look(drawn, device, evidence);
         if !is_first(&picture, first.get_or_insert_with(|| picture.clone()), drawn, evidence, report) {
@@ -85,16 +85,16 @@ pub fn soak(
         counted(samples.len(), "picture")
     );
     report.hold(CheckKind::Determinism, true, told);
-    curve::report_on(&samples, place.is_shared, report);
+    curve::report_on(&samples, context.is_shared, report);
     Ok(())
 }
 
 /// Draws some frames at home, and takes a sample of the process and the device.
-fn sample(frame: u32, drawing: &CaseSetup, device: &Device, renderer: &mut Renderer) -> Result<SoakSample, Abort> {
+fn sample(frame: u32, setup: &CaseSetup, device: &Device, renderer: &mut Renderer) -> Result<SoakSample, Abort> {
     let mut fastest = f64::MAX;
     for _ in 0..TIMED_FRAMES {
         let begun = Instant::now();
-        renderer.render(&drawing.scene.camera)?;
+        renderer.render(&setup.scene.camera)?;
         renderer.wait()?;
         fastest = fastest.min(begun.elapsed().as_secs_f64() * 1e6);
     }

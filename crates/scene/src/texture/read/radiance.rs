@@ -65,6 +65,7 @@ pub(super) fn read_radiance(
     let [rows, along] = header.axes;
     let start = format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {} +X {}\n", rows.length, along.length);
     let plain = [start.as_bytes(), &bytes[header.texels_at..]].concat();
+    // Of a slice, as all pictures are read: with another type every decoder would be compiled once more.
     let mut reader = ImageReader::with_format(Cursor::new(plain.as_slice()), ImageFormat::Hdr);
     reader.limits(limits);
     let stored = reader.decode().map_err(|error| error.to_string())?.into_rgb32f();

@@ -25,20 +25,20 @@
 //! picture of several samples filter for a part of it, so that they have less of that error. Ks of the Phong models is taken to be stored
 //! exactly: its rounding is found under *not explained*.
 
+mod decomposition;
 mod device;
 mod formats;
 mod parts;
 mod pixels;
 mod shapley;
 mod sky;
-mod taken;
 mod tally;
 mod visibility;
 
+pub use decomposition::{CUT_OFF, NOT_EXPLAINED, OTHER_TRIANGLE, SAMPLING, TRANSPARENT};
 pub use device::Captured;
 pub use parts::{HDR, OUTPUT, SWITCHES};
 pub use shapley::shapley;
-pub use taken::{CUT_OFF, NOT_EXPLAINED, OTHER_TRIANGLE, SAMPLING, TRANSPARENT};
 pub use tally::WHOLE;
 
 use std::collections::BTreeMap;
@@ -54,8 +54,8 @@ use afterlight::plan::effects;
 use afterlight::scene::{Scene, Settings, ev100_of, exposure_scale};
 use afterlight_truth::reference::light::{Illumination, radiance};
 use afterlight_truth::reference::{CameraView, Reference, ShadingPoint, Smith, TriangleId, Truth};
+use decomposition::Decomposition;
 use device::PixelCapture;
-use taken::Decomposition;
 use tally::Tally;
 
 /// A frame that is to be taken apart.
@@ -122,8 +122,8 @@ pub fn attribute(
     let rows: Vec<_> = surfaces.par_iter().map(Option::as_ref).enumerate().map(apart).collect();
     let mut tally = Tally::default();
     rows.iter().for_each(|pixel| tally.add(pixel));
-    let notes = taken::notes(&captured, rest.len());
-    let mut rows = tally.rows(&notes, taken::whole_note(rows.len() - tally.pixels));
+    let notes = decomposition::notes(&captured, rest.len());
+    let mut rows = tally.rows(&notes, decomposition::whole_note(rows.len() - tally.pixels));
     if captured.without_sky.is_none() {
         rows.retain(|row| row.name != sky::NAME);
     }

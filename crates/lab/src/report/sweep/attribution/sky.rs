@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::taken::Decomposition;
+use super::decomposition::Decomposition;
 use super::{AttributedFrame, place};
 
 pub const NAME: &str = "light of the sky";

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::taken::AttributedPixel;
+use super::decomposition::AttributedPixel;
 use crate::report::sweep::model::AttributedPart;
 
 /// The part that all others add up to.
@@ -12,20 +12,20 @@ pub const WHOLE: &str = "whole";
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Tally {
     pub pixels: usize,
-    parts: Vec<Sums>,
-    whole: Sums,
-    light: Sums,
+    parts: Vec<AttributionSums>,
+    whole: AttributionSums,
+    light: AttributionSums,
 }
 
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-struct Sums {
+struct AttributionSums {
     value: f64,
     square: f64,
     /// Times the whole.
     with_whole: f64,
 }
 
-impl Sums {
+impl AttributionSums {
     fn add(&mut self, value: DVec3, whole: DVec3) {
         self.value += value.element_sum();
         self.square += value.length_squared();
@@ -41,7 +41,7 @@ impl Tally {
         if !whole.is_finite() || !pixel.parts.iter().all(|part| part.is_finite()) {
             return;
         }
-        self.parts.resize(pixel.parts.len(), Sums::default());
+        self.parts.resize(pixel.parts.len(), AttributionSums::default());
         self.parts.iter_mut().zip(pixel.parts).for_each(|(sums, part)| sums.add(part, whole));
         self.whole.add(whole, whole);
         self.light.add(pixel.light, whole);
@@ -61,7 +61,7 @@ impl Tally {
     /// The rows of a report, the whole last. `parts` has name and note of each.
     pub fn rows(&self, parts: &[(&str, String)], whole_note: String) -> Vec<AttributedPart> {
         let values = self.values();
-        let row = |(name, note): &(&str, String), sums: &Sums| AttributedPart {
+        let row = |(name, note): &(&str, String), sums: &AttributionSums| AttributedPart {
             name: (*name).into(),
             mean: sums.value / values,
             rms: (sums.square / values).sqrt(),
@@ -76,7 +76,7 @@ impl Tally {
 
 #[cfg(test)]
 mod tests {
-    use super::super::taken::COUNT;
+    use super::super::decomposition::COUNT;
     use super::*;
 
     /// Of a light's error and an output's, which are the first and the last part; those between are none.

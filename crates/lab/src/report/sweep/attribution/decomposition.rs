@@ -148,7 +148,8 @@ impl Decomposition<'_> {
                 DVec3::from(reference.light(view, Smith::default(), place(view, pixel), place(view, pixel)));
             return Shades([background * self.exposure; _]);
         };
-        let mut shares = Shares { frame: self, at, place: place(self.subject.view, pixel), exact: BTreeMap::new() };
+        let mut shares =
+            Shares { decomposition: self, at, place: place(self.subject.view, pixel), exact: BTreeMap::new() };
         let seen = PixelSurface { truth, own: &self.captured.own[at], unquantized: &self.captured.unquantized[at] };
         let nits = seen.shades(&illumination(self.subject), &mut shares);
         Shades(nits.0.map(|nits| nits * self.exposure + of_sky))
@@ -167,7 +168,7 @@ impl Decomposition<'_> {
 
 /// The shares of lights in a pixel: those by rays, each cast once, and the measured ones.
 struct Shares<'a> {
-    frame: &'a Decomposition<'a>,
+    decomposition: &'a Decomposition<'a>,
     at: usize,
     place: DVec2,
     exact: BTreeMap<usize, f64>,
@@ -175,12 +176,12 @@ struct Shares<'a> {
 
 impl LightVisibility for Shares<'_> {
     fn exact(&mut self, light: usize) -> f64 {
-        let AttributedFrame { reference, view, .. } = self.frame.subject;
+        let AttributedFrame { reference, view, .. } = self.decomposition.subject;
         *self.exact.entry(light).or_insert_with(|| reference.visibility(view, self.place, light))
     }
 
     fn measured(&mut self, light: usize) -> f64 {
-        let measured = self.frame.measured.get(&light).and_then(|shares| shares[self.at]);
+        let measured = self.decomposition.measured.get(&light).and_then(|shares| shares[self.at]);
         measured.unwrap_or_else(|| self.exact(light))
     }
 }
