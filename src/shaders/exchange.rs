@@ -113,15 +113,8 @@ fn stale(shader: &Shader, what: String) -> String {
 
 fn check_interface(shader: &Shader, own: &compiler::CompiledShader) -> Result<(), String> {
     let interface = compiler::host_interface(own);
-    if let Some(line) = interface.lines().find(|line| !shader.interface.lines().any(|built| built == *line)) {
-        return Err(stale(shader, format!("the program was not built with this: {line}")));
-    }
-    // A constant without its mark may have any value, and the program keeps the old one.
-    let is_gone = |line: &&str| line.starts_with("constant ") && !interface.lines().any(|own| own == *line);
-    match shader.interface.lines().find(is_gone) {
-        Some(line) => {
-            Err(stale(shader, format!("the program was built with this, which the shader no longer has: {line}")))
-        }
+    match interface.lines().find(|line| !shader.interface.lines().any(|built| built == *line)) {
+        Some(line) => Err(stale(shader, format!("the program was not built with this: {line}"))),
         None => Ok(()),
     }
 }

@@ -52,9 +52,6 @@ fn a_shader_is_exchanged_only_for_one_that_fits_and_goes_back() {
     fs::write(&lights, good.replacen("POLYNOMIAL: u32 = 2u", "POLYNOMIAL: u32 = 5u", 1)).expect("written");
     let other = compiled(source.clone()).err().expect("does not fit");
     assert!(other.contains("constant lights::POLYNOMIAL: u32 = 5") && other.contains("built anew"), "{other}");
-    fs::write(&lights, good.replacen("POLYNOMIAL: u32 = 2u; // host", "POLYNOMIAL: u32 = 5u;", 1)).expect("written");
-    let other = compiled(source.clone()).err().expect("does not fit");
-    assert!(other.contains("no longer has: constant lights::POLYNOMIAL: u32 = 2"), "{other}");
     fs::write(&lights, good).expect("written");
 
     let new = compiled(format!("{} if FORMULA == 12345u {{ return; }} {}", &source[..body], &source[body..]));
