@@ -4,7 +4,8 @@ use super::doctor;
 use super::failure::Failure;
 use super::output;
 
-/// The version as `clap` prints it for `--version`. Two lines set it apart from that of `-V`; [`fn@print`] replaces the second.
+/// The version as `clap` prints it for `--version`. It has a second line, by which [`fn@print`] tells it from `-V`, and
+/// which it replaces.
 pub const LONG: &str = concat!(env!("CARGO_PKG_VERSION"), "\n...");
 
 /// Set by the build script of a package, or by whoever builds.

@@ -92,7 +92,7 @@ impl Workload {
         Self::open_unless(spec, args, quiet, |settings| settings.shutter != 0.0)
     }
 
-    /// The same with all that moves also where frames are averaged over time, or where a view asks for the frame before.
+    /// Loads the scene as [`Workload::open_for_shutter`] does, and with everything that moves also for TAA and for views that show the frame before.
     pub fn open_for_frames(spec: &str, args: &SettingsArgs, view: Option<View>, quiet: bool) -> Result<Self, Failure> {
         Self::open_unless(spec, args, quiet, |settings| {
             settings.shutter != 0.0 || settings.follows_time(view.unwrap_or(settings.view))

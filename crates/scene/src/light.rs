@@ -135,7 +135,7 @@ pub enum Solid {
 /// A part of the shaders' code that only some lights need. It is compiled where a light of the plan does.
 #[derive(Debug, Clone, Copy)]
 pub struct LightTrait {
-    /// Of `TRAITS` in shaders.
+    /// The bit in the shaders' constant `TRAITS`.
     pub bit: u32,
     /// Its word for `--plan`.
     pub part: OptionalPart,
@@ -453,7 +453,7 @@ pub enum Falloff {
 }
 
 impl Falloff {
-    /// Its number in shaders.
+    /// Returns the number by which shaders know the fall-off.
     pub const fn index(&self) -> u32 {
         match self {
             Self::InverseSquare => 0,

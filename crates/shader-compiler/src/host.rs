@@ -14,9 +14,9 @@ use crate::source::{HostDeclaration, Source};
 pub struct HostConstant {
     /// The shared file that declares it, without `.wgsl`; `None` if the shader does.
     pub module: Option<String>,
-    /// Its name in the source.
+    /// The name in the source.
     pub name: String,
-    /// Its value; it tells the type too.
+    /// The value, with its type.
     pub value: ScalarValue,
 }
 
@@ -24,7 +24,7 @@ impl HostConstant {
     /// Returns the constants of `source`, as `module` has them, whose names begin there with `prefix`.
     ///
     /// # Errors
-    /// A constant of another type than those of [`ScalarValue`].
+    /// Fails for a constant that is no [`ScalarValue`].
     pub fn all_of(source: &Source, module: &naga::Module, prefix: &str) -> Result<Vec<Self>, Error> {
         let shared = source.import_path.is_some().then(|| source.stem().to_owned());
         let mut found = Vec::new();

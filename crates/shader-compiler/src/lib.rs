@@ -7,8 +7,8 @@
 //! - `override NAME: T = value;` becomes a specialization constant; its id is that of `@id(n)`, or the next free one in the order of
 //!   declaration, imported files first. It is the same in every variant.
 //! - `var<immediate>` holds the push constants.
-//! - `const NAME: T = value; // host`, in a line of its own, is a scalar that Rust has as well: the generated source declares it, so that it stands in
-//!   the shader alone. A shared module's value is that without flags.
+//! - `const NAME: T = value; // host`, on one line, is a scalar that the generated Rust declares as well. Of a shared module it has the value without
+//!   flags.
 //! - Comment lines in a shader's head name its variants (see [`variants`]).
 //!
 //! Limits: vertex, fragment and compute stages; SPIR-V 1.3 for Vulkan 1.1; exports of modules cannot have names with a digit or `_` at the end, since

@@ -64,7 +64,7 @@ pub enum ScalarValue {
 }
 
 impl ScalarValue {
-    /// Its type, as WGSL and Rust call it.
+    /// The name of the type in WGSL and in Rust.
     #[must_use]
     pub fn type_name(self) -> &'static str {
         match self {
@@ -94,7 +94,7 @@ pub struct Plan {
     head: Head,
     pub combinations: Vec<u32>,
     constants: Vec<Constant>,
-    /// Those that its imports mark for the host.
+    /// The constants that imported modules mark for the host.
     imported: Vec<HostConstant>,
 }
 

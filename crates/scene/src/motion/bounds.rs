@@ -76,8 +76,8 @@ impl DeformBounds {
         Self { parts, vertices: mesh.positions.len() }
     }
 
-    /// Returns a box around the mesh with so much of each shape, hung on these joints: it holds the mesh that [`deform`](fn@super::deform) gives for the
-    /// same. Empty of a mesh without vertices.
+    /// Returns a box that contains the mesh as [`deform`](fn@super::deform) moves it by these joints and weights of shapes. It is empty for a mesh
+    /// without vertices.
     pub fn bounds(&self, joints: &[DAffine3], weights: &[f64]) -> Aabb {
         let all = self.parts.iter().fold(Aabb::EMPTY, |all, part| {
             let place = part.joint.and_then(|joint| joints.get(joint)).copied().unwrap_or(DAffine3::IDENTITY);
@@ -90,7 +90,7 @@ impl DeformBounds {
         Aabb { min: all.min - slack, max: all.max + slack }
     }
 
-    /// The mean of the vertices that [`deform`](fn@super::deform) gives for the same. The middle of the box is no place near the mesh where a joint
+    /// Returns the mean of the vertices as [`deform`](fn@super::deform) moves them by these joints and weights. The middle of the box is no place near the mesh where a joint
     /// far away has a vertex with next to no weight.
     pub fn mean(&self, joints: &[DAffine3], weights: &[f64]) -> DVec3 {
         let sums = self.parts.iter().map(|part| {

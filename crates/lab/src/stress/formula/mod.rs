@@ -1,8 +1,8 @@
 //! Single formulas of the shaders, on the device, against 64 bits: no scene, no rasterizer, no buffer of few bits lies between. The truth
 //! gets the same single-precision inputs, so that only the formula's own error is left.
 //!
-//! Every output must be finite and not negative, for any input. Inputs at which the formula itself turns rounding into error without
-//! limit, such as directions along the horizon, are only held to that ([`FormulaTruth::held`]); cases of their own show the growth of the error.
+//! Every output must be finite and not negative, for any input. At some inputs, such as directions along the horizon, the
+//! formula itself turns rounding into error without limit: there nothing else is asked ([`FormulaTruth::held`]), and separate cases show how the error grows.
 
 mod device;
 pub mod inputs;
