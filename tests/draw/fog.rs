@@ -62,7 +62,8 @@ fn the_light_is_fogged_as_the_formulas_say_on_every_path() {
         let spheres = open("builtin:spheres");
         let mut under_sky = open("builtin:spheres?rows=1&columns=2");
         let image = SkyImage::of("bright above", 16, |direction| DVec3::new(1.0, 1.5, 2.0) * (2.0 + direction.y));
-        under_sky.sky = Some(Sky { image: image.into(), rotation_degrees: 0.0, nits: 900.0, lights: true, sun: None });
+        under_sky.sky =
+            Some(Sky { image: image.into(), rotation_degrees: 0.0, nits: 900.0, lights: true, shown: true, sun: None });
         under_sky.lights.push(directional(DVec3::new(0.3, 0.5, 1.0), 4000.0));
         let mut parallel = open("builtin:spheres");
         parallel.camera.projection = Projection::Orthographic { height: 6.0 };

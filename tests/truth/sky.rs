@@ -19,13 +19,13 @@ const POINT: TruthOptions = TruthOptions { mode: Mode::Point, smith: Smith::Heig
 
 fn sky(width: u32, radiance: impl Fn(DVec3) -> DVec3 + Sync) -> Sky {
     let image = Arc::new(SkyImage::of("test", width, radiance));
-    Sky { image, rotation_degrees: 0.0, nits: 1.0, lights: true, sun: None }
+    Sky { image, rotation_degrees: 0.0, nits: 1.0, lights: true, shown: true, sun: None }
 }
 
 /// A clear afternoon without the sun itself.
 fn afternoon() -> Sky {
     let (image, _) = Atmosphere::default().image();
-    Sky { image: Arc::new(image), rotation_degrees: 20.0, nits: 1.0, lights: true, sun: None }
+    Sky { image: Arc::new(image), rotation_degrees: 20.0, nits: 1.0, lights: true, shown: true, sun: None }
 }
 
 fn ball(material: Material, sky: Sky) -> Scene {

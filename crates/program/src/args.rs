@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use afterlight::gpu::{DeviceChoice, Validation};
-use afterlight::scene::{Camera, SETTINGS, Setting, SettingsPatch, Up, ValueKind, View, unknown};
+use afterlight::scene::{Camera, LightChoice, SETTINGS, Setting, SettingsPatch, Up, ValueKind, View, unknown};
 use afterlight_truth::measure::Shard;
 use clap::parser::ValueSource;
 use clap::{Arg, ArgAction, ArgGroup, ArgMatches, Args, Command, FromArgMatches, value_parser};
@@ -66,6 +66,8 @@ pub struct SettingsArgs {
     /// The scene and the look of a bare glTF file.
     pub scene: Option<String>,
     pub variant: Option<String>,
+    /// The light of a bare model.
+    pub light: Option<LightChoice>,
     pub sky: SkyArgs,
     /// True if glTF files may read what lies outside their folders.
     pub allow_outside: bool,
@@ -88,11 +90,14 @@ const UP_HELP: &str = "Axis of a bare model's file that points up [y or z; defau
 const TIME_HELP: &str =
     "Seconds since the clips of a moving scene began; each begins again when it is over [0 to 1e9; default: 0]";
 const CLIP_HELP: &str = "Play this clip of the scene alone, by its name or its number in `afterlight inspect`; given several times, these clips; \
-                         none: everything at rest [default: all clips]";
+                         all of them; none: everything at rest [default: all, but of clips that move the same thing the first]";
 const SCENE_HELP: &str =
     "Open this scene of a bare glTF file, by its name or its number [default: the one that the file opens with]";
 const VARIANT_HELP: &str =
     "Give the materials of a bare glTF file this look, by its name (KHR_materials_variants) [default: none]";
+const LIGHT_HELP: &str = "Light a bare model by a studio, by the sun, by the lights of its file, or by both the file's and the studio's; or by a picture of \
+                          surroundings (.hdr, .exr) alone [studio, sun, file, both or FILE; default: file where it has lights, else studio, or sun \
+                          where the model is seen from inside]";
 const OUTSIDE_HELP: &str = "Let glTF files read buffers and images that lie outside their folders";
 
 /// The camera that `--camera` asks for.
@@ -204,6 +209,7 @@ fn own_options() -> Vec<Arg> {
     let clip = Arg::new("clip").value_name("NAME").action(ArgAction::Append).help(CLIP_HELP);
     let scene = Arg::new("of-scene").value_name("N|NAME").help(SCENE_HELP);
     let variant = Arg::new("variant").value_name("NAME").help(VARIANT_HELP);
+    let light = Arg::new("light").value_name("LIGHT").value_parser(value::<LightChoice>).help(LIGHT_HELP);
     let outside = Arg::new("allow-outside").action(ArgAction::SetTrue).help(OUTSIDE_HELP);
     let of_scene = [
         file.long("settings"),
@@ -214,6 +220,7 @@ fn own_options() -> Vec<Arg> {
         clip.long("clip"),
         scene.long("scene"),
         variant.long("variant"),
+        light.long("light"),
     ];
     of_scene.into_iter().chain(sky::options()).chain([outside.long("allow-outside")]).collect()
 }
@@ -252,6 +259,7 @@ impl FromArgMatches for SettingsArgs {
         self.time = matches.get_one("time").copied();
         self.clips = matches.get_many("clip").into_iter().flatten().cloned().collect();
         (self.scene, self.variant) = (matches.get_one("of-scene").cloned(), matches.get_one("variant").cloned());
+        self.light = matches.get_one("light").cloned();
         self.sky = SkyArgs::of(matches);
         self.allow_outside = matches.get_flag("allow-outside");
         let said = options().filter_map(|setting| matches.get_one::<SettingsPatch>(setting.key));

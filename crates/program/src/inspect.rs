@@ -265,7 +265,7 @@ pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
         }
         let motion = MotionReport::of(&workload.motion);
         if args.json {
-            let bounds = workload.scene.bounds();
+            let bounds = workload.scene.model_bounds();
             let report = Inspection {
                 scene: workload.scene.name.clone(),
                 device: device.physical.name.clone(),

@@ -119,7 +119,9 @@ impl Workload {
         let (scene, variant) = (args.scene.as_deref(), args.variant.as_deref());
         let allow_outside = args.allow_outside;
         let aspect = OpenOptions::default().aspect;
-        let mut options = OpenOptions { progress: Some(&tell), aspect, scale, up, scene, variant, allow_outside };
+        let light = args.light.as_ref();
+        let mut options =
+            OpenOptions { progress: Some(&tell), aspect, scale, up, scene, variant, light, allow_outside };
         if let Some([width, height]) = command_line.or(&settings_file).size {
             options.aspect = f64::from(width) / f64::from(height);
         }
@@ -187,7 +189,7 @@ impl Workload {
 
     /// Describes the scene's contents and size.
     pub fn content(&self) -> String {
-        let (scene, bounds) = (&self.scene, self.scene.bounds());
+        let (scene, bounds) = (&self.scene, self.scene.model_bounds());
         let mut text = counts(scene);
         if !bounds.is_empty() {
             let (min, max, size) = (bounds.min, bounds.max, bounds.size());

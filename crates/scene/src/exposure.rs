@@ -1,7 +1,9 @@
 //! Exposure by incident-light metering, as a photographer's dome meter has it, with the calibration of Lagarde and de Rousiers,
 //! "Moving Frostbite to Physically Based Rendering" (2014), section 4.5.
 
-use glam::Vec3;
+use std::f64::consts::PI;
+
+use glam::{DVec3, Vec3};
 
 use super::{Scene, Settings, Sky};
 
@@ -28,15 +30,52 @@ pub fn exposure_scale(ev100: f32) -> f32 {
 /// Lights nearer than a quarter of the scene's radius count as that far away, so that a lamp that happens to hang in the centre
 /// does not blacken the picture. A scene without light (or one that only emits) meters as 0.
 pub fn metered_ev100(scene: &Scene) -> f32 {
-    let bounds = scene.bounds();
+    let bounds = scene.model_bounds();
     let point = if bounds.is_empty() { scene.camera.position } else { bounds.center() };
     // Averaged over all ways that the receptor may be turned.
     let (ambient, _) = scene.environment.hemispheres();
     let sky = scene.sky.as_ref().filter(|sky| sky.lights).map_or(Vec3::ZERO, Sky::mean);
-    let ambient = std::f64::consts::PI * (f64::from(luminance(ambient)) + f64::from(luminance(sky)));
+    let ambient = PI * (f64::from(luminance(ambient)) + f64::from(luminance(sky)));
     let lights: f64 = scene.lights.iter().map(|light| light.illuminance(point, bounds.radius())).sum();
     let ev100 = ((ambient + lights) * 100.0 / CALIBRATION).log2();
     if ev100.is_finite() { ev100.clamp(-100.0, 100.0) as f32 } else { 0.0 }
+}
+
+/// EV100 for what is seen of a model from the scene's camera: as [`metered_ev100`], for the mean illuminance of those parts of a ball in the model's
+/// place that are turned to the camera. A light behind the model counts for little, one from the camera's side for two thirds.
+pub fn seen_ev100(scene: &Scene) -> f32 {
+    let bounds = scene.model_bounds();
+    let point = if bounds.is_empty() { scene.camera.position } else { bounds.center() };
+    let viewer = (scene.camera.position - point).normalize_or(-scene.camera.forward());
+    let (mean, tilt) = scene.environment.hemispheres();
+    // The mean normal of what is seen of a ball has two thirds of the viewer's direction.
+    let even = PI * (f64::from(luminance(mean)) + f64::from(luminance(tilt)) * viewer.y * 2.0 / 3.0);
+    let of_sky = |sky: &Sky| {
+        let parts = sky.image.directions().map(|(to, share, value)| {
+            f64::from(luminance(value.as_vec3())) * share * seen_share(sky.turned(viewer).dot(to))
+        });
+        parts.sum::<f64>() * f64::from(sky.nits)
+    };
+    let sky = scene.sky.as_ref().filter(|sky| sky.lights).map_or(0.0, of_sky);
+    let lights = scene.lights.iter().map(|light| {
+        let form = light.kind.form();
+        let toward = match (form.place, form.direction) {
+            (Some(place), _) => place - point,
+            (None, direction) => -direction.unwrap_or(DVec3::NEG_Y),
+        };
+        // One in the model's middle shines to all sides.
+        let share = toward.try_normalize().map_or(0.25, |toward| seen_share(toward.dot(viewer)));
+        light.illuminance(point, bounds.radius()) * share
+    });
+    let ev100 = ((even + sky + lights.sum::<f64>()) * 100.0 / CALIBRATION).log2();
+    if ev100.is_finite() { ev100.clamp(-100.0, 100.0) as f32 } else { 0.0 }
+}
+
+/// The mean over what is seen of a ball of the cosine at which light falls on it, in shadow 0: two thirds of the phase function of a lambert ball
+/// (F. Schoenberg, "Photometrische Untersuchungen", 1929), for the cosine between the directions to the light and to the viewer.
+fn seen_share(cosine: f64) -> f64 {
+    let angle = cosine.clamp(-1.0, 1.0).acos();
+    2.0 / 3.0 / PI * (angle.sin() + (PI - angle) * angle.cos())
 }
 
 /// Returns the exposure of a picture as EV100: as the settings have it, else metered.

@@ -6,14 +6,24 @@
 
 #[cfg(feature = "readers")]
 mod exposed;
+pub(crate) mod ground;
+#[cfg(feature = "readers")]
+mod light;
+mod studio;
 
-use glam::{DVec3, Vec3};
+use glam::{DQuat, DVec3, Vec3};
 use rayon::prelude::*;
 
-use super::{Aabb, Camera, ClipChoice, Environment, Light, LightKind, Playing, Projection, Scene, framing};
+use super::{Aabb, Camera, Environment, Light, LightKind, Playing, Projection, Scene, framing};
 
 #[cfg(feature = "readers")]
 pub use exposed::{fit_emission, fit_exposure};
+pub use ground::remove as remove_ground;
+#[cfg(feature = "readers")]
+pub use light::{LightChoice, light_model};
+#[cfg(feature = "readers")]
+use studio::add_studio_beside_lights;
+pub use studio::{add_studio, drop_fitted_light, meter};
 
 /// The direction from an object to its camera: three quarters.
 const TOWARD_CAMERA: DVec3 = DVec3::new(0.65, 0.45, 1.0);
@@ -32,11 +42,6 @@ const STANDS: [f64; 3] = [0.1, 0.16, 0.22];
 const SUN_LUX: f32 = 100_000.0;
 const SKY_NITS: f32 = 9_000.0;
 
-/// Lux of the studio's lamp, and nits of its sky from above and below: LAMP_LUX + pi (ABOVE_NITS + BELOW_NITS) / 2 = 2.5 / 1.2.
-const LAMP_LUX: f32 = 1.140_856;
-const ABOVE_NITS: f32 = 0.36;
-const BELOW_NITS: f32 = 0.24;
-
 /// The surroundings of a fitted camera.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CameraPlace {
@@ -49,16 +54,18 @@ pub enum CameraPlace {
 /// Points the scene's camera at what is drawn of it while its clips play; an empty scene keeps its own.
 pub fn fit_camera(scene: &mut Scene, aspect: f64) -> CameraPlace {
     let still = scene.at(&Playing::default());
-    let bounds = still.bounds();
+    let bounds = still.model_bounds();
     if bounds.is_empty() || !bounds.radius().is_finite() {
         return CameraPlace::Outside;
     }
     let inside = hall_camera(&still, &bounds);
     let stand = if inside.is_some() { CameraPlace::Inside } else { CameraPlace::Outside };
     let camera = inside.unwrap_or_else(|| {
-        let duration = scene.motion.duration(&ClipChoice::All);
+        let clips = scene.motion.usual_clips();
+        let duration = scene.motion.duration(&clips);
         let times = if duration > 0.0 { MOMENTS } else { 1 };
-        let moment = |index| scene.at(&Playing::at(duration * f64::from(index) / f64::from(times)));
+        let at = |index: u32| duration * f64::from(index) / f64::from(times);
+        let moment = |index| scene.at(&Playing { clips: clips.clone(), ..Playing::at(at(index)) });
         let moments: Vec<_> = (0..times).map(moment).collect();
         framing::frame(&moments, &bounds, TOWARD_CAMERA.normalize(), aspect)
     });
@@ -67,9 +74,22 @@ pub fn fit_camera(scene: &mut Scene, aspect: f64) -> CameraPlace {
     stand
 }
 
+/// Cameras on a level circle around a scene at rest, as many as asked for, the first from three quarters. All of them have all in view that is drawn.
+/// None of a scene in which nothing is drawn.
+pub fn turntable(scene: &Scene, count: u32, aspect: f64) -> Vec<Camera> {
+    let still = scene.at(&Playing { clips: scene.motion.usual_clips(), ..Playing::default() });
+    let bounds = still.model_bounds();
+    if bounds.is_empty() || !bounds.radius().is_finite() {
+        return Vec::new();
+    }
+    let turn = |index: u32| DQuat::from_rotation_y(std::f64::consts::TAU * f64::from(index) / f64::from(count));
+    let directions: Vec<DVec3> = (0..count).map(|index| turn(index) * TOWARD_CAMERA.normalize()).collect();
+    framing::around(&still, &bounds, &directions, aspect)
+}
+
 /// A sun that slants in along the longer side, steep enough for the floor of an open court, and light from the sky.
 pub fn add_daylight(scene: &mut Scene) {
-    let size = scene.bounds().size();
+    let size = scene.model_bounds().size();
     let (along, across) = if size.x >= size.z { (DVec3::X, DVec3::Z) } else { (DVec3::Z, DVec3::X) };
     let direction = (DVec3::NEG_Y + along * 0.3 + across * 0.22).normalize();
     scene.lights.push(Light {
@@ -86,26 +106,6 @@ pub fn add_daylight(scene: &mut Scene) {
         ambient: Vec3::new(0.8, 0.92, 1.1) * SKY_NITS,
         background: Vec3::new(0.45, 0.65, 1.0) * SKY_NITS * 2.0,
         ground: None,
-    };
-}
-
-/// Light for a model that states its emission as a share of white, as glTF does: such shares would be lost in the sun. A lamp from the upper
-/// left of a viewer of its front, which is +Z, and a neutral sky; together they meter as [`exposure_scale`](super::exposure_scale) 1, so
-/// that 1 nit is white.
-pub fn add_studio(scene: &mut Scene) {
-    scene.lights.push(Light {
-        name: "studio".into(),
-        kind: LightKind::Directional { direction: DVec3::new(0.45, -0.75, -0.5).normalize() },
-        color: Vec3::ONE,
-        intensity: LAMP_LUX,
-        casts_shadow: true,
-        size: 0.53,
-    });
-    scene.fitted.light = true;
-    scene.environment = Environment {
-        ambient: Vec3::splat(ABOVE_NITS),
-        ground: Some(Vec3::splat(BELOW_NITS)),
-        background: Vec3::new(0.15, 0.18, 0.22),
     };
 }
 
@@ -194,7 +194,6 @@ fn intersect(origin: Vec3, direction: Vec3, [a, b, c]: &[Vec3; 3]) -> Option<(f3
 mod tests {
     use super::*;
     use crate::builtin::{self, shapes};
-    use crate::metered_ev100;
     use crate::{Material, Object};
     use glam::DAffine3;
 
@@ -239,14 +238,6 @@ mod tests {
         let inside = hall.camera.position;
         assert!(inside.x.abs() > 5.0 && inside.x.abs() < 10.0 && inside.y < 0.0, "{inside}");
         assert!(hall.camera.forward().x * inside.x < 0.0);
-    }
-
-    #[test]
-    fn the_studio_is_exposed_so_that_a_nit_is_white() {
-        let mut scene = scene_of(shapes::cuboid([1.0; 3]), DAffine3::IDENTITY);
-        add_studio(&mut scene);
-        let scale = crate::exposure_scale(metered_ev100(&scene));
-        assert!((scale - 1.0).abs() < 1e-5, "{scale}");
     }
 
     #[test]

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::{Aabb, AlphaMode, Camera, Projection, Scene};
 
 /// The picture's size over that of the framed part.
-const MARGIN: f64 = 1.06;
+const MARGIN: f64 = 1.2;
 /// The share of what is drawn, by area, that may lie outside where the rest then is [`CLOSER`] times as near: a few far triangles do not make it
 /// a speck.
 const OUTLIERS: f64 = 0.01;
@@ -23,9 +23,17 @@ impl WeightedCorners {
     /// From `toward_camera`, of length 1, infinitely far away. Backs of one-sided surfaces and wholly clear surfaces are not drawn.
     fn of(scene: &Scene, toward_camera: DVec3, moments: usize) -> Self {
         let step = scene.triangle_count().div_ceil(MOST / moments).max(1);
-        let objects = scene.objects.par_iter().filter(|object| {
+        let objects = scene
+            .objects
+            .par_iter()
+            .enumerate()
+            .filter(|(index, _)| scene.fitted.ground != Some(*index))
+            .map(|(_, own)| own);
+        let objects = objects.filter(|object| {
             let material = scene.materials.get(object.material);
-            material.is_some_and(|material| material.alpha_mode == AlphaMode::Opaque || material.alpha > 0.0)
+            material.is_some_and(|material| {
+                matches!(material.alpha_mode, AlphaMode::Opaque | AlphaMode::Glass) || material.alpha > 0.0
+            })
         });
         let corners = objects.flat_map_iter(|object| {
             let mesh = &scene.meshes[object.mesh];
@@ -74,6 +82,43 @@ pub(super) fn frame(moments: &[Cow<Scene>], bounds: &Aabb, toward_camera: DVec3,
     Camera { near: (bounds.radius() * 1e-3).min(radius * 1e-2).max(f64::from(f32::MIN_POSITIVE)), ..camera }
 }
 
+/// Cameras of 45 degrees around a scene that rests, from the given directions of length 1: all look at the middle of its box, from the least distance at which
+/// each of them has in view what is drawn from it.
+pub(super) fn around(scene: &Scene, bounds: &Aabb, directions: &[DVec3], aspect: f64) -> Vec<Camera> {
+    let center = bounds.center();
+    let [slope_x, slope_y] = slopes(aspect);
+    let looking = |toward: DVec3| Camera::looking_at(toward, DVec3::ZERO, DVec3::Y);
+    let needed = |&toward: &DVec3| {
+        let camera = looking(toward);
+        let drawn = WeightedCorners::of(scene, toward, directions.len());
+        let (right, up, forward) = (camera.right(), camera.up(), camera.forward());
+        let distance = |&(point, _): &(DVec3, f64)| {
+            let offset = point - center;
+            (offset.dot(right).abs() / slope_x).max(offset.dot(up).abs() / slope_y) - offset.dot(forward)
+        };
+        drawn.0.iter().map(distance).fold(0.0, f64::max)
+    };
+    let least = bounds.radius().max(f64::MIN_POSITIVE);
+    let distance = directions.iter().map(needed).fold(1.1 * least, f64::max);
+    let near = (least * 1e-3).max(f64::from(f32::MIN_POSITIVE));
+    let camera = |&toward: &DVec3| Camera {
+        projection: Projection::perspective(DEGREES),
+        position: center + toward * distance,
+        near,
+        ..looking(toward)
+    };
+    directions.iter().map(camera).collect()
+}
+
+/// The field of view of a fitted camera, in degrees.
+const DEGREES: f64 = 45.0;
+
+/// The slopes of the rays that hold the framed part: across and up.
+fn slopes(aspect: f64) -> [f64; 2] {
+    let up = (DEGREES / 2.0).to_radians().tan() / MARGIN;
+    [up * if aspect.is_finite() && aspect > 0.0 { aspect } else { 1.0 }, up]
+}
+
 /// The least distance from which a camera holds what is drawn.
 struct Framing {
     camera: Camera,
@@ -90,7 +135,7 @@ impl Framing {
 
 fn framing(drawn: &WeightedCorners, outliers: f64, toward_camera: DVec3, aspect: f64) -> Framing {
     let camera = Camera {
-        projection: Projection::perspective(45.0),
+        projection: Projection::perspective(DEGREES),
         ..Camera::looking_at(toward_camera, DVec3::ZERO, DVec3::Y)
     };
     let (right, up, forward) = (camera.right(), camera.up(), camera.forward());
@@ -98,8 +143,7 @@ fn framing(drawn: &WeightedCorners, outliers: f64, toward_camera: DVec3, aspect:
     let middle = axes.map(|(low, high)| low * 0.5 + high * 0.5);
     let half = axes.map(|(low, high)| (high - low) * 0.5);
     let center = right * middle[0] + up * middle[1] + forward * middle[2];
-    let slope_y = camera.half_height() / MARGIN;
-    let slope_x = slope_y * if aspect.is_finite() && aspect > 0.0 { aspect } else { 1.0 };
+    let [slope_x, slope_y] = slopes(aspect);
     // A point at (x, y, z) before a camera d away is in view when |x| <= slope * (d + z).
     let (_, needed) = drawn.range(outliers, |point| {
         let offset = point - center;
@@ -107,5 +151,6 @@ fn framing(drawn: &WeightedCorners, outliers: f64, toward_camera: DVec3, aspect:
         aside - offset.dot(forward)
     });
     let radius = DVec3::from(half).length().max(f64::MIN_POSITIVE);
-    Framing { camera, center, radius, distance: needed.max(radius * 1.1) }
+    // Not within it: a near plane must have room.
+    Framing { camera, center, radius, distance: needed.max(half[2] * 1.1) }
 }

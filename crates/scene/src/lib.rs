@@ -60,8 +60,10 @@ pub use counted::{counted, plural};
 pub use emitter::Emitter;
 pub use error::Error;
 pub use error::without_controls;
-pub use exposure::{ev100_of, exposure_scale, luminance, metered_ev100};
-pub use fit::{add_daylight, add_studio, fit_camera};
+pub use exposure::{ev100_of, exposure_scale, luminance, metered_ev100, seen_ev100};
+#[cfg(feature = "readers")]
+pub use fit::LightChoice;
+pub use fit::{add_daylight, add_studio, drop_fitted_light, fit_camera, remove_ground, turntable};
 #[cfg(feature = "readers")]
 pub use import::{Imported, LoadOptions, Progress, Surroundings};
 pub use lens::{Aperture, ThinLens};
@@ -86,7 +88,9 @@ pub use motion::{
 pub use optional_parts::{Keep, OptionalPart};
 pub use path::{CameraKey, CameraPath};
 pub use settings::*;
-pub use sky::{Atmosphere, CubeLevel, FACES, MOST_LIGHT, Sky, SkyCube, SkyImage, SkyOrigin, SunDisc, face_direction};
+pub use sky::{
+    Atmosphere, CubeLevel, FACES, MOST_LIGHT, Sky, SkyCube, SkyImage, SkyOrigin, Studio, SunDisc, face_direction,
+};
 #[cfg(feature = "readers")]
 pub use sky::{SkyChoice, put_sky, read_faces, read_panorama};
 pub use suggest::{nearest, unknown};
@@ -160,10 +164,14 @@ pub struct NamedCamera {
 pub struct FittedParts {
     /// The camera.
     pub camera: bool,
-    /// [`SettingsPatch::exposure`], opened for the shade of a hall.
+    /// [`SettingsPatch::exposure`]: that of the studio, or for what is seen of the model.
     pub exposure: bool,
     /// All of its light, which a sky can take the place of.
     pub light: bool,
+    /// The sky, the background and the last light: a [`Studio`]'s, beside lights of the file if `light` is false.
+    pub studio: bool,
+    /// The index of the object below the model that only shows shadows.
+    pub ground: Option<usize>,
     /// The radiance in nits that emission of 1 has become, where materials give emission as shares of white.
     pub white: Option<f32>,
 }
@@ -205,6 +213,12 @@ impl Scene {
     /// World-space box around all objects; empty when nothing is drawn.
     pub fn bounds(&self) -> Aabb {
         self.objects.iter().fold(Aabb::EMPTY, |all, object| all.union(&object.bounds(&self.meshes)))
+    }
+
+    /// World-space box around all objects but a [fitted](FittedParts::ground) ground.
+    pub fn model_bounds(&self) -> Aabb {
+        let own = self.objects.iter().enumerate().filter(|(index, _)| self.fitted.ground != Some(*index));
+        own.fold(Aabb::EMPTY, |all, (_, object)| all.union(&object.bounds(&self.meshes)))
     }
 
     /// Returns true if a skin or shapes deform an object's mesh, so that it has vertices of its own.

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 #[cfg(doc)]
 use super::Mesh;
 use super::gltf::{self, GltfOptions};
-use super::{Aabb, Error, Imported, LoadOptions, Progress, Scene, builtin, file, fit, obj};
+use super::{Aabb, Error, Imported, LightChoice, LoadOptions, Progress, Scene, builtin, file, fit, obj};
 
 /// Options for opening a scene. They need the feature `readers`.
 #[derive(Clone, Copy)]
@@ -25,6 +25,8 @@ pub struct OpenOptions<'a> {
     pub scene: Option<&'a str>,
     /// The look of a bare glTF file's materials (KHR_materials_variants).
     pub variant: Option<&'a str>,
+    /// The light of a bare model; `None` for that of its file, and where it has none for a studio, or for the sun where the model is a hall.
+    pub light: Option<&'a LightChoice>,
     /// True if glTF files may read what lies outside their folders.
     pub allow_outside: bool,
 }
@@ -48,6 +50,7 @@ impl Default for OpenOptions<'_> {
             up: Up::Y,
             scene: None,
             variant: None,
+            light: None,
             allow_outside: false,
         }
     }
@@ -116,6 +119,10 @@ pub(super) fn open_base(spec: &str, options: &OpenOptions) -> Result<Scene, Erro
         let why = "--scale and --up are for a bare model (.gltf, .glb, .obj): a scene file has scale and rotation for each of its models";
         return Err(Error::Setting(why.into()));
     }
+    if options.light.is_some() && format.is_none() {
+        let why = "--light is for a bare model (.gltf, .glb, .obj): a scene file says its own, and --sky gives any scene a sky";
+        return Err(Error::Setting(why.into()));
+    }
     if (options.scene.is_some() || options.variant.is_some()) && format != Some(ModelFormat::Gltf) {
         let why = "--scene and --variant are for a bare glTF file (.gltf, .glb): a scene file has scene and variant for each of its models";
         return Err(Error::Setting(why.into()));
@@ -157,27 +164,25 @@ fn open_model(path: &Path, format: ModelFormat, options: &OpenOptions) -> Result
     let chosen = Chosen { scene: options.scene, variant: options.variant };
     let mut model = load_model(path, &chosen, options)?;
     let surroundings = model.surroundings.take();
+    let keeps_lights = options.light.is_none_or(LightChoice::keeps_lights);
+    if !keeps_lights {
+        model.drop_lights();
+    }
     model.append_to(&mut scene, options.placed());
     // Metres by its specification.
     let doubt = if format == ModelFormat::Obj { doubt(&scene.bounds(), options) } else { None };
     scene.warnings.extend(doubt);
     let stand = fit::fit_camera(&mut scene, options.aspect);
-    let surroundings = surroundings.filter(|own| own.is_lit || !scene.lights.is_empty());
-    match format {
-        _ if surroundings.is_some() => {
-            let own = surroundings.unwrap_or_default();
-            (scene.environment, scene.settings) = (own.environment, own.settings);
-        }
-        _ if !scene.lights.is_empty() => {}
-        ModelFormat::Obj => {
-            fit::add_daylight(&mut scene);
-            fit::fit_exposure(&mut scene, stand);
-            fit::fit_emission(&mut scene);
-        }
-        ModelFormat::Gltf => fit::add_studio(&mut scene),
-    }
     if let Some(own) = scene.cameras.first() {
         (scene.camera, scene.fitted.camera, scene.looks_through) = (own.camera, false, Some(0));
+    }
+    match surroundings.filter(|own| keeps_lights && (own.is_lit || !scene.lights.is_empty())) {
+        Some(own) => (scene.environment, scene.settings) = (own.environment, own.settings),
+        None => fit::light_model(&mut scene, options.light, stand)?,
+    }
+    // Shares of white: as the format has it, or since the light is not the one that its nits were meant for.
+    if format == ModelFormat::Obj || scene.fitted.light {
+        fit::fit_emission(&mut scene);
     }
     Ok(scene)
 }

@@ -130,7 +130,7 @@ impl CameraControl {
 
     /// Begins with the scene's camera: in an orbit where all that is drawn stands before it, as a single model does, and else in flight.
     pub fn of_scene(scene: &Scene) -> Self {
-        let bounds = scene.bounds();
+        let bounds = scene.model_bounds();
         let is_alone = stands_before(&scene.camera, &bounds, scene.fitted.camera);
         let mode = if is_alone { NavigationMode::Orbit } else { NavigationMode::Fly };
         Self { mode, ..Self::new(scene.camera, &bounds) }

@@ -37,7 +37,7 @@ impl LiveScene {
         let exposure = settings.exposure.unwrap_or_else(|| metered_ev100(&scene));
         let own = Own { settings: settings.clone(), exposure, lights: scene.lights.clone(), camera: scene.camera };
         Self {
-            bounds: scene.bounds(),
+            bounds: scene.model_bounds(),
             player: Player::default(),
             scene,
             settings: Settings { exposure: Some(exposure), ..settings },

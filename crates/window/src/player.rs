@@ -46,7 +46,7 @@ impl Player {
             ClipChoice::Only(clips) => clips.iter().all(|&clip| clip < motion.clips.len()),
             ClipChoice::All | ClipChoice::None => true,
         };
-        let clips = if fits { self.playing.clips.clone() } else { ClipChoice::All };
+        let clips = if fits { self.playing.clips.clone() } else { motion.usual_clips() };
         let playing = Playing { clips, ..self.playing.clone() };
         let goes_on = self.emits || motion.duration(&playing.clips) > 0.0;
         Self { runs: self.runs && goes_on, ..Self::new(motion, playing, true).emitting(self.emits, true) }

@@ -34,7 +34,8 @@ pub(crate) const EFFECT: Effect = Effect {
 fn put_under_sky(scene: &mut Scene) {
     let image = SkyImage::of("half bright", 32, |to| DVec3::splat(1.0 + to.x));
     let sun = SunDisc { direction: DVec3::Y, degrees: 0.5, radiance: Vec3::splat(1e5) };
-    let sky = Sky { image: image.into(), rotation_degrees: 30.0, nits: 10.0, lights: true, sun: Some(sun) };
+    let sky =
+        Sky { image: image.into(), rotation_degrees: 30.0, nits: 10.0, lights: true, shown: true, sun: Some(sun) };
     scene.sky = Some(sky);
 }
 
@@ -62,7 +63,7 @@ impl SkyPlan {
         let Shading::Light { light_only } = shading else { return None };
         let sky = scene.sky.as_ref()?;
         let lights = lights(sky, settings);
-        let shown = !light_only;
+        let shown = sky.shown && !light_only;
         (lights || shown).then(|| Self {
             edge: SkyCube::edge_of(&sky.image),
             shown,

@@ -31,7 +31,7 @@ use self::materials::Textures;
 use self::models::Models;
 use self::node::{KeyedValue, SourceText, Table};
 use super::load::OpenOptions;
-use super::{Error, Scene, SettingsPatch, builtin, fit, load};
+use super::{Error, Scene, SettingsPatch, builtin, drop_fitted_light, fit, load};
 use afterlight_files::regular_file::{read_given, read_regular};
 
 /// The longest text that is read.
@@ -182,6 +182,7 @@ fn base(root: &Table, folder: &Path, options: &OpenOptions) -> Result<Scene, Err
     // Scene files give emission in nits, so the base's emission is not fitted again.
     scene.fitted.white = None;
     if root.read("base_lights", KeyedValue::boolean)? == Some(false) {
+        drop_fitted_light(&mut scene);
         scene.lights.clear();
         scene.motion.forget_lights();
     }
@@ -215,6 +216,10 @@ fn light_and_view(root: &Table, scene: &mut Scene, folder: &Path, options: &Open
     let from =
         root.read("settings", |node| settings::from(node, folder, &mut scene.files))?.flatten().unwrap_or_default();
     let said = own.or(&of_camera).or(&from);
+    let is_lit = ["lights", "scattered_lights", "environment", "sky"].iter().any(|key| says(key));
+    if is_lit {
+        drop_fitted_light(scene);
+    }
     scene.fitted.exposure &= said.exposure.is_none();
     scene.settings = said.or(&scene.settings);
     let first_light = scene.lights.len();
@@ -234,7 +239,6 @@ fn light_and_view(root: &Table, scene: &mut Scene, folder: &Path, options: &Open
         let aspect = scene.settings.size.map_or(options.aspect, |[width, height]| f64::from(width) / f64::from(height));
         let stand = fit::fit_camera(scene, aspect);
         // Models of glTF bring their own.
-        let is_lit = ["lights", "scattered_lights", "environment", "sky"].iter().any(|key| says(key));
         if !is_lit && scene.lights.is_empty() {
             fit::add_daylight(scene);
             if !says("camera") && scene.settings.exposure.is_none() {

@@ -4,11 +4,12 @@ use std::path::{Path, PathBuf};
 
 use super::node::{KeyedValue, NumberRange, SHARE, Table};
 use super::schema::Schema;
-use crate::sky::{Atmosphere, Sky, put_atmosphere, read_faces, read_panorama};
+use crate::fit::ground;
+use crate::sky::{Atmosphere, Sky, Studio, put_atmosphere, read_faces, read_panorama};
 use crate::{Error, Scene};
 
 pub(super) const TABLE: Schema =
-    Schema { table: "sky", keys: &["file", "faces", "atmosphere", "rotation_degrees", "strength", "lights"] };
+    Schema { table: "sky", keys: &["file", "faces", "atmosphere", "studio", "rotation_degrees", "strength", "lights"] };
 pub(super) const ATMOSPHERE: Schema = Schema {
     table: "sky.atmosphere",
     keys: &["elevation_degrees", "azimuth_degrees", "haze", "ground", "altitude", "sun"],
@@ -23,16 +24,21 @@ const NITS: NumberRange = NumberRange::new("from 0 to 1e9", |x| (0.0..=1e9).cont
 /// Gives the scene the sky of its file.
 pub(super) fn sky(node: &KeyedValue, scene: &mut Scene, folder: &Path) -> Result<(), Error> {
     let table = node.table(TABLE)?;
-    let of_image = |image| Sky { image, rotation_degrees: 0.0, nits: 1.0, lights: true, sun: None };
-    let (file, faces, air) = (table.get("file"), table.get("faces"), table.get("atmosphere"));
-    match (file, faces, air) {
-        (Some(file), None, None) => {
+    let of_image = |image| Sky { image, rotation_degrees: 0.0, nits: 1.0, lights: true, shown: true, sun: None };
+    let [file, faces, air] = ["file", "faces", "atmosphere"].map(|key| table.get(key));
+    let studio = table.read("studio", KeyedValue::boolean)?.filter(|is_on| *is_on);
+    match (file, faces, air, studio) {
+        (None, None, None, Some(_)) => {
+            scene.sky = Some(Studio::get().sky(1.0));
+            ground::add(scene, ground::ALBEDO);
+        }
+        (Some(file), None, None, None) => {
             let path = folder.join(file.string()?);
             let image = read_panorama(&path, &mut scene.warnings).map_err(|error| file.wrong(error))?;
             scene.files.push(path);
             scene.sky = Some(of_image(image.into()));
         }
-        (None, Some(faces), None) => {
+        (None, Some(faces), None, None) => {
             let names: [KeyedValue; 6] = faces.items("the files of +X, -X, +Y, -Y, +Z and -Z")?;
             let mut paths: [PathBuf; 6] = Default::default();
             for (path, name) in paths.iter_mut().zip(&names) {
@@ -43,9 +49,9 @@ pub(super) fn sky(node: &KeyedValue, scene: &mut Scene, folder: &Path) -> Result
             scene.files.extend(paths);
             scene.sky = Some(of_image(image.into()));
         }
-        (None, None, Some(air)) => atmosphere(&air.table(ATMOSPHERE)?, scene)?,
-        (None, None, None) if scene.sky.is_some() => {}
-        _ => return Err(table.wrong("a sky has one of file, faces and atmosphere")),
+        (None, None, Some(air), None) => atmosphere(&air.table(ATMOSPHERE)?, scene)?,
+        (None, None, None, None) if scene.sky.is_some() => {}
+        _ => return Err(table.wrong("a sky has one of file, faces, atmosphere and studio")),
     }
     let Some(sky) = &mut scene.sky else { return Ok(()) };
     sky.rotation_degrees = table.read("rotation_degrees", |node| node.number(DEGREES))?.unwrap_or(sky.rotation_degrees);

@@ -94,6 +94,7 @@ fn sky(sky: &Sky) -> String {
                  altitude = {altitude:?} }}"
             )
         }
+        SkyOrigin::Studio => "studio = true".into(),
         SkyOrigin::Made => return String::new(),
     };
     let Sky { rotation_degrees, nits, lights, .. } = sky;

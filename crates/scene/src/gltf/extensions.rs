@@ -30,9 +30,18 @@ pub(super) const DRAWN: &[&str] = &[
 const UNSEEN: &[&str] =
     &["KHR_xmp", "KHR_xmp_json_ld", "FB_ngon_encoding", "EXT_structural_metadata", "EXT_mesh_features"];
 
+/// Those that give a surface more than is drawn of it: without them it is simpler, and where a file requires them a warning names them.
+const SIMPLIFIED: &[&str] = &[
+    "KHR_materials_anisotropy",
+    "KHR_materials_diffuse_transmission",
+    "KHR_materials_dispersion",
+    "KHR_materials_iridescence",
+    "KHR_materials_sheen",
+];
+
 /// Refuses a file that cannot be shown without an extension that is not drawn.
 pub(super) fn check_required(document: &Document) -> Result<(), String> {
-    let unknown = |name: &&String| !DRAWN.contains(&name.as_str()) && !UNSEEN.contains(&name.as_str());
+    let unknown = |name: &&String| ![DRAWN, UNSEEN, SIMPLIFIED].concat().contains(&name.as_str());
     let lacking: Vec<String> =
         document.extensions_required.iter().filter(unknown).map(|name| name.escape_debug().to_string()).collect();
     match lacking.as_slice() {

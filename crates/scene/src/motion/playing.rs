@@ -1,5 +1,7 @@
 //! The clips that play, and the moment's place in each of them.
 
+use std::collections::HashSet;
+
 use super::{Clip, Motion};
 use crate::{Error, unknown};
 
@@ -69,8 +71,22 @@ impl Motion {
         self.playing(choice).map(Clip::duration).fold(0.0, f64::max)
     }
 
-    /// The clips with these names; all of those that share a name. `none` is no clip, unless one has that name. The number of a clip, counted
-    /// from 0, is its name as well where no clip has that one: files need not name their clips.
+    /// The clips that play where nobody has chosen any: all, but of those that move the same thing only the first, as a walk and a run of one figure.
+    pub fn usual_clips(&self) -> ClipChoice {
+        let mut moved = HashSet::new();
+        let mut is_usual = |clip: &Clip| {
+            let is_free = clip.channels.iter().all(|channel| !moved.contains(&channel.target));
+            if is_free {
+                moved.extend(clip.channels.iter().map(|channel| channel.target));
+            }
+            is_free
+        };
+        let usual: Vec<usize> = (0..self.clips.len()).filter(|&index| is_usual(&self.clips[index])).collect();
+        if usual.len() == self.clips.len() { ClipChoice::All } else { ClipChoice::Only(usual) }
+    }
+
+    /// The clips with these names; all of those that share a name. `all` is all of them and `none` is no clip, unless one has that name. The number of a clip, counted
+    /// from 0, is its name as well where no clip has that one: files need not name their clips. Without names [`Motion::usual_clips`].
     ///
     /// # Errors
     /// [`Error::Setting`] with the names that there are.
@@ -82,6 +98,10 @@ impl Motion {
             if chosen.len() > before || name == "none" {
                 continue;
             }
+            if name == "all" {
+                chosen.extend(0..self.clips.len());
+                continue;
+            }
             match name.parse::<usize>().ok().filter(|&index| index < self.clips.len()) {
                 Some(index) => chosen.push(index),
                 None if self.clips.is_empty() => {
@@ -89,12 +109,12 @@ impl Motion {
                 }
                 None => {
                     let names: Vec<&str> = self.clips.iter().map(|clip| clip.name.as_str()).collect();
-                    return Err(Error::Setting(unknown("clip", name, &[&names[..], &["none"]].concat())));
+                    return Err(Error::Setting(unknown("clip", name, &[&names[..], &["all", "none"]].concat())));
                 }
             }
         }
         Ok(if chosen.is_empty() && names.is_empty() {
-            ClipChoice::All
+            self.usual_clips()
         } else if chosen.is_empty() {
             ClipChoice::None
         } else {

@@ -7,8 +7,8 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 
 use super::{Atmosphere, Sky, read_panorama};
-use crate::fit::fit_emission;
-use crate::{Environment, Error, FittedParts, Light, LightKind, Scene};
+use crate::fit::{drop_fitted_light, fit_emission, meter};
+use crate::{Error, Light, LightKind, Scene};
 
 /// As a command line asks for it. Needs the feature `readers`.
 #[derive(Debug, Clone, PartialEq)]
@@ -47,18 +47,23 @@ impl FromStr for SkyChoice {
 /// # Errors
 /// [`Error::Read`] for a picture that cannot be read.
 pub fn put_sky(scene: &mut Scene, choice: &SkyChoice) -> Result<(), Error> {
+    let was_exposed = scene.fitted.exposure;
     match choice {
         SkyChoice::Nothing => scene.sky = None,
         SkyChoice::Picture(path) => {
             let image = Arc::new(read_panorama(path, &mut scene.warnings)?);
             scene.files.push(path.clone());
             drop_fitted_light(scene);
-            scene.sky = Some(Sky { image, rotation_degrees: 0.0, nits: 1.0, lights: true, sun: None });
+            scene.sky = Some(Sky { image, rotation_degrees: 0.0, nits: 1.0, lights: true, shown: true, sun: None });
         }
         SkyChoice::Atmosphere(sun) => {
             let adds = drop_fitted_light(scene);
             put_atmosphere(scene, Atmosphere::default(), *sun, adds);
         }
+    }
+    // A bare model's: nobody has said another.
+    if was_exposed {
+        meter(scene);
     }
     if scene.fitted.white.is_some() {
         fit_emission(scene);
@@ -88,21 +93,7 @@ pub fn put_atmosphere(scene: &mut Scene, air: Atmosphere, sun: Option<DVec3>, ad
     }
     let (image, nits) = air.image();
     let sun = Some(air.disc()).filter(|disc| disc.radiance != Vec3::ZERO);
-    scene.sky = Some(Sky { image: Arc::new(image), rotation_degrees: 0.0, nits, lights: true, sun });
-}
-
-/// Returns true if there was some.
-fn drop_fitted_light(scene: &mut Scene) -> bool {
-    if !scene.fitted.light {
-        return false;
-    }
-    scene.lights.clear();
-    scene.environment = Environment::default();
-    if scene.fitted.exposure {
-        scene.settings.exposure = None;
-    }
-    scene.fitted = FittedParts { light: false, exposure: false, ..scene.fitted };
-    true
+    scene.sky = Some(Sky { image: Arc::new(image), rotation_degrees: 0.0, nits, lights: true, shown: true, sun });
 }
 
 #[cfg(test)]

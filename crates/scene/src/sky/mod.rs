@@ -6,6 +6,7 @@ mod choice;
 mod cube;
 #[cfg(feature = "readers")]
 mod read;
+mod studio;
 
 pub use atmosphere::Atmosphere;
 #[cfg(feature = "readers")]
@@ -13,6 +14,7 @@ pub use choice::{SkyChoice, put_atmosphere, put_sky};
 pub use cube::{CubeLevel, FACES, SkyCube, face_direction};
 #[cfg(feature = "readers")]
 pub use read::{read_faces, read_panorama};
+pub use studio::Studio;
 
 use std::f64::consts::{PI, TAU};
 use std::path::PathBuf;
@@ -37,8 +39,10 @@ pub struct Sky {
     pub rotation_degrees: f64,
     /// Radiance of a texel of 1, in nits.
     pub nits: f32,
-    /// True if it lights surfaces, beside being seen.
+    /// True if it lights surfaces.
     pub lights: bool,
+    /// True if it is seen where no surface is; without, the environment's background is.
+    pub shown: bool,
     /// The sun, where it is no part of the image.
     pub sun: Option<SunDisc>,
 }
@@ -76,6 +80,8 @@ pub enum SkyOrigin {
     Faces(Box<[PathBuf; 6]>),
     /// Computed.
     Atmosphere(Atmosphere),
+    /// The soft areas of light of [`Studio`].
+    Studio,
     /// A program's own.
     Made,
 }
@@ -274,8 +280,14 @@ mod tests {
     #[test]
     fn a_sky_turns_counter_clockwise_seen_from_above() {
         let image = Arc::new(SkyImage::of("it", 128, |to| if to.x > 0.8 { DVec3::ONE } else { DVec3::ZERO }));
-        let sky =
-            |rotation_degrees| Sky { image: Arc::clone(&image), rotation_degrees, nits: 3.0, lights: true, sun: None };
+        let sky = |rotation_degrees| Sky {
+            image: Arc::clone(&image),
+            rotation_degrees,
+            nits: 3.0,
+            lights: true,
+            shown: true,
+            sun: None,
+        };
         assert_eq!(sky(0.0).radiance(DVec3::X), DVec3::splat(3.0));
         // From +X a quarter turn about +Y ends at -Z.
         assert_eq!(sky(90.0).radiance(DVec3::NEG_Z), DVec3::splat(3.0));
@@ -288,7 +300,7 @@ mod tests {
             let texels = vec![[texel; 3]; 2 * width as usize];
             Arc::new(SkyImage { name: "it".into(), size: [width, 2], texels, origin: SkyOrigin::Made })
         };
-        let sky = Sky { image: image(4, 1.0), rotation_degrees: 0.0, nits: 1.0, lights: true, sun: None };
+        let sky = Sky { image: image(4, 1.0), rotation_degrees: 0.0, nits: 1.0, lights: true, shown: true, sun: None };
         assert_eq!(sky.fault(), None);
         let bad = [
             Sky { image: image(2, 1.0), ..sky.clone() },

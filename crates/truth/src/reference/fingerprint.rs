@@ -241,13 +241,17 @@ impl Fingerprint {
     }
 
     fn sky(&mut self, sky: &Sky) {
-        let Sky { image, rotation_degrees, nits, lights, sun } = sky;
+        let Sky { image, rotation_degrees, nits, lights, shown, sun } = sky;
         let SkyImage { name: _, size, texels, origin: _ } = &**image;
         size.iter().for_each(|&edge| self.number(u64::from(edge)));
         self.0.update(bytemuck::cast_slice(texels));
         self.real(*rotation_degrees);
         self.single(*nits);
         self.number(u64::from(*lights));
+        // Truths that were kept before skies could be hidden stay true.
+        if !shown {
+            self.number(1);
+        }
         if let Some(SunDisc { direction, degrees, radiance }) = sun {
             self.vector(*direction);
             self.real(*degrees);

@@ -320,8 +320,8 @@ impl<'a> Reference<'a> {
     /// Returns the background along a direction of any length.
     fn background(&self, direction: DVec3) -> DVec3 {
         match &self.scene.sky {
-            Some(sky) => sky.seen(direction.normalize()),
-            None => self.scene.environment.background.as_dvec3(),
+            Some(sky) if sky.shown => sky.seen(direction.normalize()),
+            _ => self.scene.environment.background.as_dvec3(),
         }
     }
 

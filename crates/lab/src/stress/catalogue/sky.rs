@@ -34,7 +34,7 @@ pub const CASES: &[Case] = &[
 
 fn sky(radiance: impl Fn(DVec3) -> DVec3 + Sync) -> Sky {
     let image = Arc::new(SkyImage::of("test", 128, radiance));
-    Sky { image, rotation_degrees: 0.0, nits: 1.0, lights: true, sun: None }
+    Sky { image, rotation_degrees: 0.0, nits: 1.0, lights: true, shown: true, sun: None }
 }
 
 /// A ball in a sky of which all arrives, by way of single floats.

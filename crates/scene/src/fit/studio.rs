@@ -1,0 +1,93 @@
+//! The studio that a model without light stands in.
+
+use glam::Vec3;
+
+use super::ground;
+use crate::exposure::seen_ev100;
+use crate::sky::Studio;
+use crate::{AmbientOcclusion, Environment, FittedParts, Light, LightKind, Scene, SettingsPatch, ShadowFilter};
+
+/// EV100 at which 1 nit is white: [`exposure_scale`](crate::exposure_scale) is 1.
+const WHITE_IS_A_NIT: f32 = -0.263_034_4;
+
+/// The radius of ambient occlusion over the model's.
+const OCCLUSION_REACH: f64 = 0.2;
+
+/// A studio about a model that the camera stands before, with a ground below it: white that faces the viewer is 1 nit, as models of glTF state their
+/// emission, and the exposure is fitted to that.
+pub fn add_studio(scene: &mut Scene) {
+    put_up(scene, 1.0, ground::ALBEDO);
+    scene.settings.exposure = Some(WHITE_IS_A_NIT);
+    scene.fitted = FittedParts { light: true, exposure: true, ..scene.fitted };
+}
+
+/// A studio beside a model's own lights, as bright as they are, and an exposure for both.
+pub(super) fn add_studio_beside_lights(scene: &mut Scene) {
+    // The card that faces the viewer has pi lux where white there has a nit.
+    let lux = 2.5 * f64::from(seen_ev100(scene)).exp2();
+    put_up(scene, (lux / std::f64::consts::PI) as f32, ground::ALBEDO_BESIDE_LIGHTS);
+    meter(scene);
+}
+
+/// The room, the lamp and the ground, where white that faces the viewer has so many nits.
+fn put_up(scene: &mut Scene, nits: f32, albedo: f32) {
+    // A light from far away would show the ground's edge.
+    let is_even = scene.lights.iter().all(|light| !matches!(light.kind, LightKind::Directional { .. }));
+    let studio = Studio::get();
+    scene.lights.push(Light {
+        name: "studio".into(),
+        color: Vec3::ONE,
+        intensity: studio.lux as f32 * nits,
+        casts_shadow: true,
+        size: Studio::LAMP_DEGREES,
+        ..Light::of(LightKind::Directional { direction: -studio.lamp })
+    });
+    scene.sky = Some(studio.sky(nits));
+    scene.environment.background = Vec3::splat(ground::radiance(albedo) * nits);
+    // Occlusion near by, and a shadow as soft as the lamp is large.
+    let usual = SettingsPatch {
+        ao: Some(AmbientOcclusion::Bitmask),
+        ao_radius: Some(((scene.model_bounds().radius() * OCCLUSION_REACH) as f32).clamp(0.001, 1000.0)),
+        shadow_filter: Some(ShadowFilter::Pcss),
+        ..SettingsPatch::default()
+    };
+    scene.settings = usual.or(&scene.settings);
+    if is_even {
+        ground::add(scene, albedo);
+    }
+    scene.fitted.studio = true;
+}
+
+/// Exposes for what is seen of the model, unless somebody has said an exposure.
+pub fn meter(scene: &mut Scene) {
+    if scene.settings.exposure.is_none() || scene.fitted.exposure {
+        scene.settings.exposure = Some(seen_ev100(scene));
+        scene.fitted.exposure = true;
+    }
+}
+
+/// Takes fitted light away, with the ground and the settings that belong to it. Lights of a file stay. Returns true if the scene then has no light.
+pub fn drop_fitted_light(scene: &mut Scene) -> bool {
+    let FittedParts { light, studio, exposure, .. } = scene.fitted;
+    if !light && !studio {
+        return false;
+    }
+    if light {
+        scene.lights.clear();
+        scene.environment = Environment::default();
+    } else {
+        scene.lights.pop();
+        scene.environment.background = Vec3::ZERO;
+    }
+    scene.sky = None;
+    ground::remove(scene);
+    if exposure {
+        scene.settings.exposure = None;
+    }
+    if studio {
+        let SettingsPatch { ao, ao_radius, shadow_filter, .. } = &mut scene.settings;
+        (*ao, *ao_radius, *shadow_filter) = (None, None, None);
+    }
+    scene.fitted = FittedParts { light: false, studio: false, exposure: false, ..scene.fitted };
+    light
+}
