@@ -19,14 +19,15 @@ pub struct Sheet {
     pub rgba: Vec<u8>,
 }
 
-const COLUMNS: u32 = 4;
+/// Columns of a sheet of views.
+pub const COLUMNS: u32 = 4;
 /// A glyph's edge in the font.
 const GLYPH: u32 = 8;
 const PAPER: [u8; 4] = [24, 24, 28, 255];
 const INK: [u8; 4] = [235, 235, 235, 255];
 
-/// Lays the tiles out in rows of four, each under its label.
-pub fn compose(tiles: &[SheetTile]) -> Sheet {
+/// Lays the tiles out in rows of so many, each under its label.
+pub fn compose(tiles: &[SheetTile], columns: u32) -> Sheet {
     let widest = tiles.iter().map(|tile| tile.size[0]).max().unwrap_or(0);
     let highest = tiles.iter().map(|tile| tile.size[1]).max().unwrap_or(0);
     // About as many lines of text as fit 16 times into a tile stay legible at any size.
@@ -35,12 +36,12 @@ pub fn compose(tiles: &[SheetTile]) -> Sheet {
     let margin = GLYPH * scale / 2;
     let label_height = GLYPH * scale + 2 * margin;
     let cell = [widest.max(label_width) + margin, highest + label_height];
-    let columns = COLUMNS.min(tiles.len() as u32);
-    let rows = (tiles.len() as u32).div_ceil(COLUMNS);
+    let columns = columns.min(tiles.len() as u32).max(1);
+    let rows = (tiles.len() as u32).div_ceil(columns);
     let size = [columns * cell[0] + margin, rows * cell[1] + margin];
     let mut sheet = Sheet { size, rgba: PAPER.repeat(size[0] as usize * size[1] as usize) };
     for (index, tile) in (0u32..).zip(tiles) {
-        let corner = [margin + index % COLUMNS * cell[0], index / COLUMNS * cell[1]];
+        let corner = [margin + index % columns * cell[0], index / columns * cell[1]];
         sheet.write([corner[0], corner[1] + margin], scale, &tile.label);
         sheet.paste([corner[0], corner[1] + label_height], tile);
     }
@@ -97,7 +98,7 @@ mod tests {
     fn every_tile_is_there_whole_and_labelled() {
         let colours: Vec<[u8; 4]> = (0..6).map(|i| [200, i * 10, 0, 255]).collect();
         let tiles: Vec<SheetTile> = colours.iter().map(|&colour| tile("Ab", [40, 30], colour)).collect();
-        let sheet = compose(&tiles);
+        let sheet = compose(&tiles, COLUMNS);
         assert_eq!(sheet.rgba.len(), (sheet.size[0] * sheet.size[1] * 4) as usize);
         for colour in colours {
             assert_eq!(count(&sheet, colour), 40 * 30);
@@ -109,15 +110,18 @@ mod tests {
 
     #[test]
     fn tiny_tiles_and_odd_labels_stay_inside() {
-        let sheet = compose(&[tile("a label wider than its tile, ä→∞", [1, 1], [9, 9, 9, 255])]);
+        let sheet = compose(&[tile("a label wider than its tile, ä→∞", [1, 1], [9, 9, 9, 255])], COLUMNS);
         assert_eq!(count(&sheet, [9, 9, 9, 255]), 1);
         assert!(sheet.size[0] > 200);
-        assert_eq!(compose(&[]).rgba.len(), (compose(&[]).size[0] * compose(&[]).size[1] * 4) as usize);
+        assert_eq!(
+            compose(&[], COLUMNS).rgba.len(),
+            (compose(&[], COLUMNS).size[0] * compose(&[], COLUMNS).size[1] * 4) as usize
+        );
     }
 
     #[test]
     fn labels_grow_with_the_tiles() {
-        let label = |height| count(&compose(&[tile("x", [64, height], [9, 9, 9, 255])]), INK);
+        let label = |height| count(&compose(&[tile("x", [64, height], [9, 9, 9, 255])], COLUMNS), INK);
         assert_eq!(label(512), 16 * label(100));
     }
 }

@@ -69,7 +69,19 @@ impl Destination {
     /// # Errors
     /// When it cannot be encoded or written; then no file is left behind.
     pub fn write(&self, picture: &Picture) -> Result<(), Failure> {
-        let encoded = encode(picture, self.format)
+        self.write_as(picture, false)
+    }
+
+    /// The same of a picture whose alpha counts.
+    ///
+    /// # Errors
+    /// As [`Destination::write`].
+    pub fn write_with_alpha(&self, picture: &Picture) -> Result<(), Failure> {
+        self.write_as(picture, true)
+    }
+
+    fn write_as(&self, picture: &Picture, has_alpha: bool) -> Result<(), Failure> {
+        let encoded = encode(picture, self.format, has_alpha)
             .map_err(|error| Failure::new(Exit::BadInput, format!("cannot encode {}: {error}", self.sink)))?;
         self.sink.write(&encoded)
     }
@@ -78,24 +90,39 @@ impl Destination {
 /// Threads compress the tiles of an EXR file, and by default each tile stands where its thread was done: equal pictures had different bytes.
 const ORDERED: Encoding = Encoding { line_order: LineOrder::Increasing, ..Encoding::FAST_LOSSLESS };
 
-/// The bytes of a file with the picture. Pixels that are not of the format's kind are refused by the encoder.
-fn encode(picture: &Picture, format: PictureFormat) -> ImageResult<Vec<u8>> {
+/// The bytes of a file with the picture, with or without its alpha. Pixels that are not of the format's kind are refused by the encoder.
+fn encode(picture: &Picture, format: PictureFormat, has_alpha: bool) -> ImageResult<Vec<u8>> {
     let [width, height] = picture.size;
     let mut file = Cursor::new(Vec::new());
     match (&picture.pixels, format) {
+        (Pixels::Srgb8(rgba), PictureFormat::Png) if has_alpha => {
+            PngEncoder::new(&mut file).write_image(rgba, width, height, ExtendedColorType::Rgba8)?;
+        }
         (Pixels::Srgb8(rgba), PictureFormat::Png) => {
             // Pictures are opaque: a quarter of the bytes would say so.
             let rgb = without_alpha(rgba);
             PngEncoder::new(&mut file).write_image(&rgb, width, height, ExtendedColorType::Rgb8)?;
         }
         (Pixels::LinearF32(rgba), PictureFormat::Exr) => {
-            let [width, height] = [width as usize, height as usize];
-            let channels = SpecificChannels::rgb(|Vec2(x, y)| {
-                let at = 4 * (y * width + x);
-                (rgba[at], rgba[at + 1], rgba[at + 2])
-            });
-            let layer = Layer::new((width, height), LayerAttributes::default(), ORDERED, channels);
-            let written = Image::from_layer(layer).write().to_buffered(&mut file);
+            let size = Vec2(width as usize, height as usize);
+            let at = |Vec2(x, y): Vec2<usize>| 4 * (y * size.0 + x);
+            let attributes = LayerAttributes::default();
+            let written = match has_alpha {
+                true => {
+                    let channels = SpecificChannels::rgba(|place| {
+                        let at = at(place);
+                        (rgba[at], rgba[at + 1], rgba[at + 2], rgba[at + 3])
+                    });
+                    Image::from_layer(Layer::new(size, attributes, ORDERED, channels)).write().to_buffered(&mut file)
+                }
+                false => {
+                    let channels = SpecificChannels::rgb(|place| {
+                        let at = at(place);
+                        (rgba[at], rgba[at + 1], rgba[at + 2])
+                    });
+                    Image::from_layer(Layer::new(size, attributes, ORDERED, channels)).write().to_buffered(&mut file)
+                }
+            };
             written.map_err(|error| ImageError::Encoding(EncodingError::new(ImageFormat::OpenExr.into(), error)))?;
         }
         (Pixels::Srgb8(_), PictureFormat::Exr) => {
@@ -149,9 +176,9 @@ mod tests {
             [value, value * 0.5, index as f32, 1.0]
         });
         let picture = Picture { size: [512, 512], pixels: Pixels::LinearF32(noise.collect()) };
-        let first = encode(&picture, PictureFormat::Exr).expect("encodes");
+        let first = encode(&picture, PictureFormat::Exr, false).expect("encodes");
         for _ in 0..10 {
-            assert!(encode(&picture, PictureFormat::Exr).expect("encodes") == first);
+            assert!(encode(&picture, PictureFormat::Exr, false).expect("encodes") == first);
         }
         let header = exr::meta::MetaData::read_from_buffered(Cursor::new(first), true).expect("is an EXR");
         assert_eq!(header.headers[0].line_order, LineOrder::Increasing);
@@ -160,12 +187,22 @@ mod tests {
     #[test]
     fn what_is_written_reads_back() {
         let png = Picture { size: [2, 1], pixels: Pixels::Srgb8(vec![1, 2, 3, 255, 4, 5, 6, 255]) };
-        let bytes = encode(&png, PictureFormat::Png).expect("encodes");
+        let bytes = encode(&png, PictureFormat::Png, false).expect("encodes");
         let back = image::load_from_memory(&bytes).expect("is a PNG").into_rgb8();
         assert_eq!((back.dimensions(), back.into_raw()), ((2, 1), vec![1, 2, 3, 4, 5, 6]));
 
+        let clear = Picture { size: [1, 1], pixels: Pixels::Srgb8(vec![9, 8, 7, 100]) };
+        let bytes = encode(&clear, PictureFormat::Png, true).expect("encodes");
+        assert_eq!(image::load_from_memory(&bytes).expect("is a PNG").into_rgba8().into_raw(), vec![9, 8, 7, 100]);
+        let clear = Picture { size: [1, 1], pixels: Pixels::LinearF32(vec![0.5, 1.0, 2.0, 0.25]) };
+        let bytes = encode(&clear, PictureFormat::Exr, true).expect("encodes");
+        assert_eq!(
+            image::load_from_memory(&bytes).expect("is an EXR").into_rgba32f().into_raw(),
+            vec![0.5, 1.0, 2.0, 0.25]
+        );
+
         let exr = Picture { size: [1, 1], pixels: Pixels::LinearF32(vec![0.25, 70_000.0, 1e-6, 1.0]) };
-        let bytes = encode(&exr, PictureFormat::Exr).expect("encodes");
+        let bytes = encode(&exr, PictureFormat::Exr, false).expect("encodes");
         let back = image::load_from_memory(&bytes).expect("is an EXR").into_rgb32f();
         assert_eq!(back.into_raw(), vec![0.25, 70_000.0, 1e-6]);
     }
@@ -173,6 +210,6 @@ mod tests {
     #[test]
     fn pixels_of_the_wrong_kind_are_refused() {
         let picture = Picture { size: [1, 1], pixels: Pixels::LinearF32(vec![0.0; 4]) };
-        assert!(encode(&picture, PictureFormat::Png).is_err());
+        assert!(encode(&picture, PictureFormat::Png, false).is_err());
     }
 }

@@ -1,11 +1,15 @@
 //! `afterlight render`: scenes into a picture each, or a scene into many along a camera path.
 
+mod folder;
 mod path;
 mod scenes;
+mod transparent;
 mod verdict;
 
+use std::cell::RefCell;
 use std::fmt::Write as _;
 use std::path::PathBuf;
+use std::rc::Rc;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -43,7 +47,8 @@ Examples:
   afterlight render builtin:seaweed --time 2.5 --clip sway -o sway.png
   afterlight render builtin:seaweed --duration 12 --fps 25 -o sea.png")]
 pub struct Args {
-    /// The scenes: models (.gltf, .glb, .obj), .toml scene files, or `builtin:NAME?key=value&...`
+    /// The scenes: models (.gltf, .glb, .obj), .toml scene files, or `builtin:NAME?key=value&...`; or folders, whose models are drawn onto one labelled
+    /// sheet, or with {name} in -o into a picture each
     #[arg(required = true, value_name = "SCENE")]
     scenes: Vec<String>,
     /// The picture: .png, or .exr for linear light in nits; - is standard output (PNG). {name} in it becomes the scene's name, which
@@ -64,6 +69,12 @@ pub struct Args {
     /// Draw clips for this many seconds, --fps pictures to a second, numbered as with --path
     #[arg(long, value_name = "SECONDS", value_parser = seconds, conflicts_with = "frames", allow_hyphen_values = true)]
     duration: Option<f64>,
+    /// Go around the model in this many pictures, from a camera that holds it at every angle; clips go on meanwhile, --fps pictures to a second
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=100_000), conflicts_with_all = ["frames", "path", "duration", "camera"], allow_negative_numbers = true)]
+    turntable: Option<u32>,
+    /// Leave the background out: a .png with alpha, or an .exr whose light is multiplied by it. The ground below a bare model goes, too
+    #[arg(long)]
+    transparent: bool,
     /// Draw every N-th picture of a sequence, from the I-th on, so that N processes or machines draw all of them
     #[arg(long, value_name = "I/N", value_parser = shard)]
     shard: Option<Shard>,
@@ -90,7 +101,13 @@ pub struct Args {
     settings: SettingsArgs,
     #[command(flatten)]
     device: DeviceArgs,
+    /// Where pictures go in place of files, for a sheet of several.
+    #[arg(skip)]
+    tiles: Option<Tiles>,
 }
+
+/// Pictures that are kept.
+type Tiles = Rc<RefCell<Vec<Picture>>>;
 
 /// The result of drawing a scene.
 struct RenderOutput {
@@ -105,7 +122,16 @@ struct RenderOutput {
 impl Args {
     /// Returns true if there are several moments to be drawn.
     fn is_sequence(&self) -> bool {
-        self.path.is_some() || self.fps.is_some() || self.duration.is_some()
+        self.path.is_some() || self.fps.is_some() || self.duration.is_some() || self.turntable.is_some()
+    }
+
+    /// Writes the picture, or keeps it for a sheet.
+    fn give(&self, picture: Picture) -> Result<(), Failure> {
+        match &self.tiles {
+            Some(tiles) => tiles.borrow_mut().push(picture),
+            None => self.output.write(&picture)?,
+        }
+        Ok(())
     }
 
     /// The command that prints the plan of the scene's frames.
@@ -150,6 +176,10 @@ pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
     if args.view == Some(ViewChoice::All) && args.drop.is_some() {
         return Err(Failure::usage("--drop leaves a dependency out of one view: it does not go with --view all"));
     }
+    if args.transparent && (args.is_sequence() || args.view.is_some() || args.drop.is_some() || args.frames > 1) {
+        let why = "--transparent draws the lit picture twice, before black and before white: --view, --frames, --drop and sequences do not apply to it";
+        return Err(Failure::usage(why));
+    }
     scenes::run(args, is_verbose)
 }
 
@@ -166,6 +196,7 @@ fn draw_scene(args: &Args, scene: &str, device: &Arc<Device>, is_verbose: bool) 
     let files = workload.scene.files.clone();
     let drawn = match args.view {
         _ if args.is_sequence() => path::draw((args, scene), workload, device, is_verbose),
+        _ if args.transparent => transparent::draw((args, scene), workload, device, None, is_verbose),
         Some(ViewChoice::All) => draw_sheet(args, &workload, device),
         Some(ViewChoice::One(view)) => draw((args, scene), workload, device, Some(view), is_verbose),
         None => draw((args, scene), workload, device, None, is_verbose),
@@ -266,13 +297,13 @@ fn draw(
             ]);
         }
     }
-    args.output.write(&picture)?;
     drop(bar);
     if let Some(gpu_ms) = renderer.wait()?.gpu_ms {
         times.row(["last frame on the GPU".to_owned(), milliseconds(gpu_ms)]);
     }
-    if settings.view == View::Complexity {
-        let Complexity { covered, complex } = Complexity::of(&picture);
+    let complexity = (settings.view == View::Complexity).then(|| Complexity::of(&picture));
+    args.give(picture)?;
+    if let Some(Complexity { covered, complex }) = complexity {
         let share = 100.0 * Complexity { covered, complex }.share();
         let _ = writeln!(text, "{complex} of {covered} pixels with a surface, {share:.1}%, are shaded once a sample");
     }
@@ -352,7 +383,7 @@ fn draw_sheet(args: &Args, workload: &Workload, device: &Arc<Device>) -> Result<
         bar.step();
     }
     drop(bar);
-    let sheet = contact_sheet::compose(&tiles);
+    let sheet = contact_sheet::compose(&tiles, contact_sheet::COLUMNS);
     let size = sheet.size;
     args.output.write(&Picture { size, pixels: Pixels::Srgb8(sheet.rgba) })?;
     let mut text = heading(workload, &settings, device, &args.output.sink.to_string());

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use afterlight::frame::Renderer;
 use afterlight::gpu::Device;
-use afterlight::scene::{Camera, CameraPath, Output, Pose, counted, metered_ev100};
+use afterlight::scene::{self, Camera, CameraPath, Output, Pose, SettingsPatch, counted, metered_ev100};
 use afterlight_truth::measure::Distribution;
 
 use super::{Args, RenderOutput, costs, heading, renderer, settings};
@@ -25,6 +25,8 @@ const DEFAULT_FPS: f64 = 30.0;
 struct Moments {
     /// The camera's path; `None` where it stands, or is one that clips move.
     path: Option<CameraPath>,
+    /// The camera of each picture, around a model.
+    around: Vec<Camera>,
     fps: f64,
     count: u32,
 }
@@ -33,6 +35,14 @@ impl Moments {
     /// A path is drawn with both of its ends. Clips loop, so that the moment at the end of a duration would be the first one again.
     fn of(args: &Args, workload: &mut Workload) -> Result<Self, Failure> {
         let fps = args.fps.unwrap_or(DEFAULT_FPS);
+        if let Some(count) = args.turntable {
+            let [width, height] = workload.decided(&SettingsPatch::default()).size;
+            let around = scene::turntable(&workload.scene, count, f64::from(width) / f64::from(height));
+            let first =
+                around.first().ok_or_else(|| Failure::usage("--turntable: the scene has nothing to go around"))?;
+            (workload.scene.camera, workload.scene.looks_through) = (*first, None);
+            return Ok(Self { path: None, around, fps, count });
+        }
         let path = args.path.as_deref().map(|file| workload.follow(file)).transpose()?;
         let clips = workload.motion.duration(&workload.playing.clips);
         let (seconds, moments) = match (args.duration, &path) {
@@ -48,7 +58,7 @@ impl Moments {
             let why = format!("{seconds} s at {fps} pictures a second are {moments:.0}, and at most 1e6 are drawn");
             return Err(Failure::usage(why).with_hint("lower --fps"));
         }
-        Ok(Self { path, fps, count: moments as u32 })
+        Ok(Self { path, around: Vec::new(), fps, count: moments as u32 })
     }
 
     /// Seconds from the first one.
@@ -124,6 +134,7 @@ pub fn draw(
         let show = |renderer: &mut Renderer, since| {
             let seconds = seconds + since;
             let own = go_to(seconds, renderer, workload, &mut pose)?;
+            let own = moments.around.get(index as usize).copied().unwrap_or(own);
             Ok::<_, Failure>(moments.path.as_ref().map_or(own, |path| path.at(seconds)))
         };
         let picture = renderer.picture_while(show, || {})?;

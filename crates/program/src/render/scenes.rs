@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use super::folder;
 use super::verdict::{RenderReport, SceneVerdict};
 use super::{Args, draw_scene};
 use crate::failure::{Exit, Failure};
@@ -15,6 +16,14 @@ use crate::session;
 /// # Errors
 /// The failure of the one scene; of several the first of the gravest, with the names of all that failed.
 pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
+    if args.scenes.iter().any(|scene| Path::new(scene).is_dir()) {
+        let models = folder::models(&args.scenes)?;
+        let args = Args { scenes: models, ..args.clone() };
+        return match args.output.sink.to_string().contains("{name}") {
+            true => run(&args, is_verbose),
+            false => folder::draw_sheet(&args, is_verbose),
+        };
+    }
     let targets: Vec<Destination> = args.scenes.iter().map(|scene| args.output.named(&name_of(scene))).collect();
     check_sinks(args, &targets)?;
     let mut cases = Vec::new();
@@ -48,10 +57,10 @@ pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
 }
 
 /// The verdict on a scene, the files that it was read from, and the failure, if any.
-type One = (SceneVerdict, Vec<PathBuf>, Result<(), Failure>);
+pub(super) type One = (SceneVerdict, Vec<PathBuf>, Result<(), Failure>);
 
 /// Draws one scene on a device of its own, so that all messages of the layer are about it.
-fn one(args: &Args, scene: &str, is_verbose: bool) -> Result<One, Failure> {
+pub(super) fn one(args: &Args, scene: &str, is_verbose: bool) -> Result<One, Failure> {
     let start = Instant::now();
     let (outcome, heard) = session::observe(&args.device, |device| draw_scene(args, scene, &device, is_verbose));
     heard.print()?;
@@ -84,7 +93,7 @@ fn one(args: &Args, scene: &str, is_verbose: bool) -> Result<One, Failure> {
     Ok((case.without(args.drop.clone(), hazards), files, outcome))
 }
 
-fn verdict(mut failures: Vec<(&str, Failure)>, scenes: usize) -> Result<(), Failure> {
+pub(super) fn verdict(mut failures: Vec<(&str, Failure)>, scenes: usize) -> Result<(), Failure> {
     if scenes == 1 {
         return failures.pop().map_or(Ok(()), |(_, failure)| Err(failure));
     }
@@ -94,7 +103,7 @@ fn verdict(mut failures: Vec<(&str, Failure)>, scenes: usize) -> Result<(), Fail
 }
 
 /// A scene's name in names of files: that of its file, or all of a built-in scene's name that a file's may have.
-fn name_of(scene: &str) -> String {
+pub(super) fn name_of(scene: &str) -> String {
     match scene.strip_prefix("builtin:") {
         Some(name) => name.replace(|c: char| !c.is_alphanumeric(), "-"),
         None => Path::new(scene).file_stem().unwrap_or_default().to_string_lossy().into_owned(),
