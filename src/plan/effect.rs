@@ -50,6 +50,8 @@ pub struct Effect {
     pub changes_light: bool,
     /// Would blur the views of other effects, so that they leave it out.
     pub spreads: bool,
+    /// Changes what is seen beside surfaces, so that no picture without its background can have it.
+    pub shines_beyond: bool,
     /// Jittered frames that it averages to one picture, and each of which stands for a part of the pixel.
     pub frames: fn(&Settings) -> u32,
 
@@ -148,6 +150,7 @@ impl Effect {
         blended: None,
         changes_light: false,
         spreads: false,
+        shines_beyond: false,
         frames: |_| 1,
         reaches_all_lights: |_| None,
         lit_air: |_| LitAir::None,

@@ -233,6 +233,13 @@ pub(super) fn reach_all_lights(settings: &Settings) -> Option<&'static str> {
     EFFECTS.iter().find_map(|effect| (effect.reaches_all_lights)(settings))
 }
 
+impl FramePlan {
+    /// The name of an effect of its frames that changes what is seen beside surfaces.
+    pub fn shines_beyond_surfaces(&self) -> Option<&'static str> {
+        of(self).find(|effect| effect.shines_beyond).map(|effect| effect.name)
+    }
+}
+
 /// The most layers that effects blend over a pixel.
 pub fn layers(plan: &FramePlan) -> u32 {
     let blended = of(plan).filter_map(|effect| effect.blended.as_ref());

@@ -69,7 +69,7 @@ fn what_cannot_be_played_is_told() {
         let error = String::from_utf8_lossy(&output.stderr).into_owned();
         assert!(output.status.code() == Some(code) && error.contains(what), "{arguments:?}: {error}");
     };
-    refused(&["render", SCENE, "--clip", "sweim"], 2, "did you mean \"swim\"? (possible: sway, swim, turn, none)");
+    refused(&["render", SCENE, "--clip", "sweim"], 2, "did you mean \"swim\"? (possible: sway, swim, turn, all, none)");
     refused(&["render", "builtin:spheres", "--clip", "walk"], 2, "the scene has no clips");
     refused(&["render", "builtin:spheres", "--fps", "3"], 2, "of a scene in which a clip plays");
     refused(&["render", SCENE, "--duration", "1e6", "--fps", "1e4"], 2, "at most 1e6");

@@ -15,6 +15,7 @@ use image::{ExtendedColorType, ImageEncoder, ImageError, ImageFormat, ImageResul
 
 use super::failure::{Exit, Failure};
 use super::output::Sink;
+use super::video::{self, Video};
 
 /// The format of a picture's file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -23,6 +24,8 @@ pub enum PictureFormat {
     Png,
     /// Linear 32-bit floats, in nits.
     Exr,
+    /// A video of several pictures in 8-bit sRGB.
+    Video,
 }
 
 /// The destination of a picture, and its format there.
@@ -35,14 +38,27 @@ pub struct Destination {
 impl Destination {
     /// The format follows from the file's name; standard output is PNG.
     pub fn parse(text: &str) -> Result<Self, String> {
+        match Self::parse_with_videos(text)? {
+            Self { format: PictureFormat::Video, .. } => Err("a video is of several pictures; use .png or .exr".into()),
+            picture => Ok(picture),
+        }
+    }
+
+    /// The same where there may be several pictures.
+    pub fn parse_with_videos(text: &str) -> Result<Self, String> {
         let sink = Sink::parse(text)?;
         let extension = Path::new(text).extension().map(|extension| extension.to_string_lossy().to_lowercase());
         let format = match (&sink, extension.as_deref()) {
             (Sink::Stdout, _) | (Sink::File(_), Some("png")) => PictureFormat::Png,
             (Sink::File(_), Some("exr")) => PictureFormat::Exr,
+            (Sink::File(_), Some(other)) if video::EXTENSIONS.contains(&other) => PictureFormat::Video,
             // Writing refuses a folder as a folder; a message about its extension would mislead.
             (Sink::File(path), _) if path.is_dir() => PictureFormat::Png,
-            (Sink::File(_), Some(other)) => return Err(format!("'.{other}' is not written; use .png or .exr")),
+            (Sink::File(_), Some(other)) => {
+                return Err(format!(
+                    "'.{other}' is not written; use .png or .exr, or .mp4, .webm, .mov or .gif for several pictures"
+                ));
+            }
             (Sink::File(_), None) => return Err("the name must end in .png or .exr".into()),
         };
         Ok(Self { sink, format })
@@ -64,6 +80,24 @@ impl Destination {
         Self { sink: Sink::File(path.with_file_name(name)), format: self.format }
     }
 
+    /// Starts a video of so many pictures a second, where the destination is one.
+    ///
+    /// # Errors
+    /// Those of [`Video::begin`].
+    pub fn video(&self, fps: f64) -> Result<Option<Video>, Failure> {
+        let Sink::File(path) = &self.sink else { return Ok(None) };
+        let extension = path.extension().map(|own| own.to_string_lossy().to_lowercase()).unwrap_or_default();
+        (self.format == PictureFormat::Video).then(|| Video::begin(&extension, fps)).transpose()
+    }
+
+    /// Adds the picture to a video.
+    ///
+    /// # Errors
+    /// When it cannot be encoded.
+    pub fn add_to(&self, video: &mut Video, picture: &Picture) -> Result<(), Failure> {
+        video.add(&self.encoded(picture, false)?)
+    }
+
     /// Encodes and writes the picture.
     ///
     /// # Errors
@@ -81,9 +115,12 @@ impl Destination {
     }
 
     fn write_as(&self, picture: &Picture, has_alpha: bool) -> Result<(), Failure> {
-        let encoded = encode(picture, self.format, has_alpha)
-            .map_err(|error| Failure::new(Exit::BadInput, format!("cannot encode {}: {error}", self.sink)))?;
-        self.sink.write(&encoded)
+        self.sink.write(&self.encoded(picture, has_alpha)?)
+    }
+
+    fn encoded(&self, picture: &Picture, has_alpha: bool) -> Result<Vec<u8>, Failure> {
+        encode(picture, self.format, has_alpha)
+            .map_err(|error| Failure::new(Exit::BadInput, format!("cannot encode {}: {error}", self.sink)))
     }
 }
 
@@ -95,10 +132,10 @@ fn encode(picture: &Picture, format: PictureFormat, has_alpha: bool) -> ImageRes
     let [width, height] = picture.size;
     let mut file = Cursor::new(Vec::new());
     match (&picture.pixels, format) {
-        (Pixels::Srgb8(rgba), PictureFormat::Png) if has_alpha => {
+        (Pixels::Srgb8(rgba), PictureFormat::Png | PictureFormat::Video) if has_alpha => {
             PngEncoder::new(&mut file).write_image(rgba, width, height, ExtendedColorType::Rgba8)?;
         }
-        (Pixels::Srgb8(rgba), PictureFormat::Png) => {
+        (Pixels::Srgb8(rgba), PictureFormat::Png | PictureFormat::Video) => {
             // Pictures are opaque: a quarter of the bytes would say so.
             let rgb = without_alpha(rgba);
             PngEncoder::new(&mut file).write_image(&rgb, width, height, ExtendedColorType::Rgb8)?;
@@ -128,7 +165,7 @@ fn encode(picture: &Picture, format: PictureFormat, has_alpha: bool) -> ImageRes
         (Pixels::Srgb8(_), PictureFormat::Exr) => {
             return Err(mismatch("an EXR file needs linear pixels"));
         }
-        (Pixels::LinearF32(_), PictureFormat::Png) => {
+        (Pixels::LinearF32(_), PictureFormat::Png | PictureFormat::Video) => {
             return Err(mismatch("a PNG file needs 8-bit pixels"));
         }
     }
@@ -154,9 +191,10 @@ mod tests {
         assert_eq!(format("a.png"), Ok(PictureFormat::Png));
         assert_eq!(format("dir.x/a.EXR"), Ok(PictureFormat::Exr));
         assert_eq!(format("-"), Ok(PictureFormat::Png));
-        for text in ["", "a", "a.jpg", ".png"] {
+        for text in ["", "a", "a.jpg", ".png", "a.mp4"] {
             assert!(format(text).is_err(), "{text}");
         }
+        assert_eq!(Destination::parse_with_videos("a.GIF").map(|target| target.format), Ok(PictureFormat::Video));
     }
 
     #[test]

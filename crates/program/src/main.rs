@@ -39,6 +39,7 @@ mod table;
 mod tune;
 mod typed;
 mod version;
+mod video;
 #[cfg(feature = "window")]
 mod view;
 mod workload;

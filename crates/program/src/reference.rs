@@ -180,7 +180,7 @@ fn compute(args: &Args, reference: &Reference, view: &CameraView, options: &Trut
 fn picture(args: &Args, truth: &Truth, workload: &Workload, settings: &Settings) -> Picture {
     let pixels = match args.output.format {
         PictureFormat::Exr => linear(&truth.radiance),
-        PictureFormat::Png => {
+        PictureFormat::Png | PictureFormat::Video => {
             let exposure = f64::from(exposure_scale(ev100_of(&workload.scene, settings)));
             let codes = truth.shown(exposure, settings);
             Pixels::Srgb8(codes.into_iter().flat_map(|[r, g, b]| [r, g, b, 255]).collect())

@@ -51,9 +51,9 @@ pub struct Args {
     /// sheet, or with {name} in -o into a picture each
     #[arg(required = true, value_name = "SCENE")]
     scenes: Vec<String>,
-    /// The picture: .png, or .exr for linear light in nits; - is standard output (PNG). {name} in it becomes the scene's name, which
-    /// several scenes need
-    #[arg(short, long, value_name = "FILE", default_value = "afterlight.png", value_parser = Destination::parse)]
+    /// The picture: .png, or .exr for linear light in nits; - is standard output (PNG). Of several along a path, of clips or of a turntable .mp4, .webm,
+    /// .mov and .gif are videos, which ffmpeg encodes where it is installed. {name} in it becomes the scene's name, which several scenes need
+    #[arg(short, long, value_name = "FILE", default_value = "afterlight.png", value_parser = Destination::parse_with_videos)]
     output: Destination,
     /// Draw the picture this many times, and write the last one
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole::<u32>(1..=1_000_000), allow_negative_numbers = true)]
@@ -175,6 +175,13 @@ pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
     }
     if args.view == Some(ViewChoice::All) && args.drop.is_some() {
         return Err(Failure::usage("--drop leaves a dependency out of one view: it does not go with --view all"));
+    }
+    if args.output.format == PictureFormat::Video && !args.is_sequence() {
+        let why = format!(
+            "{} is a video, of several pictures: --turntable, --path, --fps or --duration say which",
+            args.output.sink
+        );
+        return Err(Failure::usage(why));
     }
     if args.transparent && (args.is_sequence() || args.view.is_some() || args.drop.is_some() || args.frames > 1) {
         let why = "--transparent draws the lit picture twice, before black and before white: --view, --frames, --drop and sequences do not apply to it";

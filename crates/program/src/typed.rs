@@ -199,6 +199,8 @@ mod tests {
             "--scene",
             "Scene \"A\"",
             "--variant=-v",
+            "--light",
+            "my room's.hdr",
             "--sky",
             "a sky's.hdr",
             "--sky-rotation=-30",

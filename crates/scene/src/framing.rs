@@ -143,14 +143,96 @@ fn framing(drawn: &WeightedCorners, outliers: f64, toward_camera: DVec3, aspect:
     let middle = axes.map(|(low, high)| low * 0.5 + high * 0.5);
     let half = axes.map(|(low, high)| (high - low) * 0.5);
     let center = right * middle[0] + up * middle[1] + forward * middle[2];
-    let [slope_x, slope_y] = slopes(aspect);
-    // A point at (x, y, z) before a camera d away is in view when |x| <= slope * (d + z).
-    let (_, needed) = drawn.range(outliers, |point| {
-        let offset = point - center;
-        let aside = (offset.dot(right).abs() / slope_x).max(offset.dot(up).abs() / slope_y);
-        aside - offset.dot(forward)
-    });
+    // A point at (x, y, z) from there, before a camera d away and c aside, is in view when |x - c| <= slope (d + z). The two ends of each axis are as near to
+    // the picture's edges where c and d are these.
+    let slopes = slopes(aspect);
+    let held = |axis: DVec3, slope: f64| {
+        let end = |side: f64| {
+            let (_, needed) = drawn.range(outliers, |point| {
+                let offset = point - center;
+                side * offset.dot(axis) / slope - offset.dot(forward)
+            });
+            needed
+        };
+        let [high, low] = [1.0, -1.0].map(end);
+        (axis * (0.5 * slope * (high - low)), 0.5 * (high + low))
+    };
+    let (across, of_width) = held(right, slopes[0]);
+    let (along, of_height) = held(up, slopes[1]);
+    let needed = of_width.max(of_height);
+    let center = center + across + along;
     let radius = DVec3::from(half).length().max(f64::MIN_POSITIVE);
     // Not within it: a near plane must have room.
     Framing { camera, center, radius, distance: needed.max(half[2] * 1.1) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::builtin::shapes;
+    use crate::{Material, Object, fit_camera, turntable};
+    use glam::DAffine3;
+
+    /// The extent of a scene's corners on the picture from a camera, as shares of its width and height, and the farthest from the middle.
+    fn extent(scene: &Scene, camera: &Camera, aspect: f64) -> ([f64; 2], f64) {
+        let slope = camera.half_height();
+        let seen = scene.model_bounds().corners().map(|corner| {
+            let offset = corner - camera.position;
+            let depth = offset.dot(camera.forward());
+            [offset.dot(camera.right()) / (slope * aspect * depth), offset.dot(camera.up()) / (slope * depth)]
+        });
+        let span = |axis: usize| {
+            let ends =
+                seen.iter().fold([f64::MAX, f64::MIN], |[low, high], own| [low.min(own[axis]), high.max(own[axis])]);
+            0.5 * (ends[1] - ends[0])
+        };
+        let farthest = seen.iter().flatten().fold(0.0, |most: f64, own| most.max(own.abs()));
+        ([span(0), span(1)], farthest)
+    }
+
+    fn boxed(size: [f64; 3]) -> Scene {
+        Scene {
+            meshes: vec![shapes::cuboid(size).finish("it")],
+            materials: vec![Material::default()],
+            objects: vec![Object::new("it", 0, 0, DAffine3::from_translation(DVec3::new(3.0, -2.0, 9.0)))],
+            ..Scene::default()
+        }
+    }
+
+    #[test]
+    fn a_fitted_model_fills_four_fifths_of_the_shorter_side() {
+        for (size, aspect) in [
+            ([1.0; 3], 1.5),
+            ([1.0, 9.0, 1.0], 1.5),
+            ([9.0, 1.0, 1.0], 1.5),
+            ([1.0, 1.0, 6.0], 0.6),
+            ([2.0, 1e-9, 2.0], 1.0),
+        ] {
+            let mut scene = boxed(size);
+            fit_camera(&mut scene, aspect);
+            let ([across, up], farthest) = extent(&scene, &scene.camera, aspect);
+            // Shares of the shorter side, which is the height where pictures are wide.
+            let longest = (across * aspect.max(1.0)).max(up * (1.0 / aspect).max(1.0));
+            assert!(longest > 0.75 && farthest < 0.9, "{size:?} {aspect}: {across} {up} {farthest}");
+        }
+    }
+
+    #[test]
+    fn a_turntable_goes_once_around_and_holds_the_model_at_every_angle() {
+        let scene = boxed([3.0, 1.0, 0.5]);
+        let cameras = turntable(&scene, 12, 1.5);
+        assert_eq!(cameras.len(), 12);
+        let center = scene.model_bounds().center();
+        let distance = cameras[0].position.distance(center);
+        let mut most: f64 = 0.0;
+        for (index, camera) in cameras.iter().enumerate() {
+            let (_, farthest) = extent(&scene, camera, 1.5);
+            most = most.max(farthest);
+            assert!((camera.position.distance(center) - distance).abs() < 1e-9 * distance, "{index}");
+            assert!((camera.position.y - cameras[0].position.y).abs() < 1e-9 && farthest < 0.9, "{index}: {farthest}");
+        }
+        assert!(most > 0.75, "{most}");
+        assert!(cameras[0].forward().dot(cameras[6].forward()) < 0.0);
+        assert!(turntable(&Scene::default(), 4, 1.0).is_empty());
+    }
 }

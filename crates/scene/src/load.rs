@@ -258,7 +258,7 @@ mod tests {
         assert!(plain.fitted.camera);
         let up = open(OpenOptions { scale: 0.01, up: Up::Z, ..OpenOptions::default() });
         assert!(up.warnings.iter().all(|warning| !warning.contains("long")), "{:?}", up.warnings);
-        let bounds = up.bounds();
+        let bounds = up.model_bounds();
         assert!(
             bounds.min.distance(DVec3::new(0.0, 0.0, -2.0)) < 1e-9
                 && bounds.max.distance(DVec3::new(1.0, 30.0, 0.0)) < 1e-9

@@ -24,6 +24,7 @@ pub(crate) const EFFECT: Effect = Effect {
     is_set_aside: true,
     unswept: |key, _, plan| (key == "bloom-taps" && plan.effects.bloom.is_none()).then_some("no bloom is asked for"),
     spreads: true,
+    shines_beyond: true,
     is_in: |plans| plans.bloom.is_some(),
     hdr: Some(Hdr::Reads("light is spread before it is tone-mapped")),
     absence: |own| if own.asked.bloom > 0.0 { "this view shows no bloom" } else { NOT_ASKED_FOR },

@@ -16,6 +16,7 @@ pub(crate) const EFFECT: Effect = Effect {
     off: Some(("--fog off", |settings| settings.fog = Fog::Off)),
     view: Some(EffectView { view: View::Fog, shows: Shows::Light, is_alone: false, plan: |_| {} }),
     changes_light: true,
+    shines_beyond: true,
     is_set_aside: true,
     unswept: |key, _, plan| match key {
         "fog" if !plan.has_fog() => Some("no fog is asked for"),

@@ -1,6 +1,6 @@
 //! Skies of scene files: pictures and their faults, cubes, atmospheres.
 
-use afterlight::scene::{LightKind, SkyOrigin};
+use afterlight::scene::{LightKind, OpenOptions, Scene, SkyOrigin, Up, file, open};
 use glam::DVec3;
 use image::{ImageBuffer, Rgb, Rgb32FImage};
 use tempfile::TempDir;
@@ -17,6 +17,9 @@ lights = true
 ---
 [sky]
 file = 'sky.exr'
+---
+[sky]
+studio = true
 ---
 [sky]
 faces = ['0.exr', '1.exr', '2.exr', '3.exr', '4.exr', '5.exr']
@@ -71,6 +74,29 @@ fn the_faces_of_a_cube_lie_where_vulkan_has_them() {
 }
 
 #[test]
+fn a_studio_stands_about_a_model_and_is_written_as_it_was() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("tile.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 1\nf 1 2 3\n").unwrap();
+    let path = folder.path().join("tile.obj");
+    let bare = open(path.to_str().unwrap(), &OpenOptions::default()).unwrap();
+    let model = file::Model { path: &path, scale: 1.0, up: Up::Y, scene: None, variant: None };
+    let written = file::to_toml(file::Origin::Model(model), &bare, &bare.camera, &bare.settings);
+    let again = read(&folder, &written).unwrap_or_else(|error| panic!("{error}: {written}"));
+    assert_eq!((again.sky, again.environment, again.lights), (bare.sky, bare.environment, bare.lights), "{written}");
+    assert_eq!((again.settings, again.objects.len()), (bare.settings, 2), "{written}");
+    let ground = |scene: &Scene| scene.materials.last().map(|own| (own.name.clone(), own.base_color));
+    assert_eq!(again.fitted.ground, Some(1));
+    assert_eq!(ground(&read(&folder, &written).unwrap()).unwrap().0, "ground");
+    // Light that a file brings takes the place of what was fitted to its base.
+    let lit =
+        read(&folder, "base = 'tile.obj'\n[[lights]]\nkind = 'directional'\ndirection = [0, -1, 0]\nintensity = 10\n")
+            .unwrap();
+    assert_eq!((lit.lights.len(), lit.objects.len(), lit.sky.is_none(), lit.settings.exposure), (1, 1, true, None));
+    let dark = read(&folder, "base = 'tile.obj'\nbase_lights = false").unwrap();
+    assert!(dark.lights.is_empty() && dark.sky.is_none() && dark.objects.len() == 1);
+}
+
+#[test]
 fn an_atmosphere_brings_its_sun_where_that_is_asked_for() {
     let folder = tempfile::tempdir().unwrap();
     let scene = read(&folder, SKIES.split("---").next().unwrap()).unwrap();
@@ -107,8 +133,8 @@ fn pictures_that_are_no_sky_are_refused_by_name() {
         ("[sky]\nfile = 'broken.hdr'", "broken.hdr"),
         ("[sky]\nfile = 'sky.png'", "Radiance HDR (.hdr) and OpenEXR (.exr)"),
         ("[sky]\nfile = 'none.hdr'", "none.hdr"),
-        ("[sky]\nfile = 'one.exr'\natmosphere = {}", "one of file, faces and atmosphere"),
-        ("[sky]\n", "one of file, faces and atmosphere"),
+        ("[sky]\nfile = 'one.exr'\natmosphere = {}", "one of file, faces, atmosphere and studio"),
+        ("[sky]\n", "one of file, faces, atmosphere and studio"),
         ("[sky]\natmosphere = { elevation_degrees = 91 }", "from -90 to 90 degrees"),
         ("[sky]\natmosphere = { haze = -1 }", "from 0 to 100"),
         ("[sky]\natmosphere = { haze = nan }", "from 0 to 100"),

@@ -34,7 +34,7 @@ pub fn models(scenes: &[String]) -> Result<Vec<String>, Failure> {
         if found.is_empty() {
             return Err(Failure::new(
                 Exit::BadInput,
-                format!("{scene}: no model (.gltf, .glb, .obj) lies in this folder"),
+                format!("{scene} is a directory without a model (.gltf, .glb, .obj)"),
             ));
         }
         for model in found {
@@ -108,7 +108,7 @@ pub fn draw_sheet(args: &Args, is_verbose: bool) -> Result<(), Failure> {
 
 fn refuse(args: &Args) -> Result<(), Failure> {
     let why = "a sheet of a folder's models is one PNG picture of lit models";
-    let is_other = args.output.format == PictureFormat::Exr || args.view == Some(crate::args::ViewChoice::All);
+    let is_other = args.output.format != PictureFormat::Png || args.view == Some(crate::args::ViewChoice::All);
     if is_other || args.is_sequence() || args.transparent || args.json.is_some() || args.junit.is_some() {
         return Err(Failure::usage(format!(
             "{why}: --view all, --transparent, sequences, --json, --junit and .exr need one picture a model"
@@ -138,6 +138,6 @@ mod tests {
         );
         let empty = tempfile::tempdir().expect("a folder");
         let error = models(&[empty.path().display().to_string()]).expect_err("nothing to draw");
-        assert!(error.message().contains("no model"), "{error:?}");
+        assert!(error.message().contains("without a model"), "{error:?}");
     }
 }

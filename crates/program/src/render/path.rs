@@ -11,6 +11,7 @@ use afterlight_truth::measure::Distribution;
 use super::{Args, RenderOutput, costs, heading, renderer, settings};
 use crate::args::ViewChoice;
 use crate::failure::Failure;
+use crate::image_output::PictureFormat;
 use crate::progress;
 use crate::table::{TextTable, milliseconds};
 use crate::workload::{Workload, milliseconds_since};
@@ -102,21 +103,28 @@ pub fn draw(
         // Metered once: it does not follow lights that move.
         settings.exposure = Some(metered_ev100(&workload.scene));
     }
-    if args.shard.is_some() && args.output.sink.is_stdout() {
-        let why = "standard output has the pictures in their order, and those of a shard have others between them";
-        return Err(Failure::usage(why).with_hint("name a file with -o"));
+    if args.shard.is_some() && (args.output.sink.is_stdout() || args.output.format == PictureFormat::Video) {
+        let why = "standard output and a video have the pictures in their order, and those of a shard have others between them";
+        return Err(Failure::usage(why).with_hint("name a picture with -o"));
     }
     let own: Vec<u32> = (0..count).filter(|&index| args.shard.is_none_or(|shard| shard.owns(index as usize))).collect();
     let (Some(&first), Some(&last)) = (own.first(), own.last()) else {
         let why = format!("the sequence has {}, and none is left for this shard", counted(count, "picture"));
         return Err(Failure::usage(why).with_hint("deal them to fewer shards"));
     };
-    let target = |index| args.output.numbered(index, count);
+    let mut video = args.output.video(moments.fps)?;
+    let target = |index| {
+        if args.output.format == PictureFormat::Video {
+            args.output.clone()
+        } else {
+            args.output.numbered(index, count)
+        }
+    };
     target(first).sink.check()?;
     workload.scene.check()?;
 
     let start = Instant::now();
-    let output = match args.output.sink.is_stdout() {
+    let output = match args.output.sink.is_stdout() || video.is_some() {
         true => args.output.sink.to_string(),
         false => format!("{} to {}", target(first).sink, target(last).sink),
     };
@@ -139,10 +147,16 @@ pub fn draw(
         };
         let picture = renderer.picture_while(show, || {})?;
         drawing.push(milliseconds_since(start));
-        target(index).write(&picture)?;
+        match &mut video {
+            Some(video) => args.output.add_to(video, &picture)?,
+            None => target(index).write(&picture)?,
+        }
         bar.step();
     }
     drop(bar);
+    if let Some(video) = video {
+        video.finish(&args.output.sink)?;
+    }
 
     let mut times = TextTable::with_figures_from(1);
     times.row(["load".to_owned(), milliseconds(workload.load_ms)]);

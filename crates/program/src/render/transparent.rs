@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use afterlight::frame::{Picture, Pixels, Renderer};
 use afterlight::gpu::Device;
-use afterlight::scene::{Fog, Output, Pose, Settings, View, ev100_of, exposure_scale, remove_ground};
+use afterlight::scene::{Output, Pose, View, ev100_of, exposure_scale, remove_ground};
 use afterlight_truth::reference::tonemap::{decode_srgb, encode_srgb, tone_map};
 use glam::{DVec3, Vec3};
 
@@ -26,7 +26,6 @@ pub fn draw(
     is_verbose: bool,
 ) -> Result<RenderOutput, Failure> {
     let mut settings = settings(args, &workload, device, view)?;
-    refuse(&settings)?;
     let exposure = ev100_of(&workload.scene.at(&workload.playing), &settings);
     let is_linear = settings.output == Output::Nits;
     settings.exposure = settings.exposure.or((!is_linear).then_some(exposure));
@@ -45,6 +44,10 @@ pub fn draw(
         workload.scene.environment.background = Vec3::splat(nits);
         let renderer = Renderer::new(device, &workload.scene, &settings);
         let mut renderer = renderer.map_err(|error| workload.blame(error, &device.physical, &settings))?;
+        if let Some(what) = renderer.plan().shines_beyond_surfaces() {
+            let why = format!("--transparent does not go with {what}, which is seen where no surface is");
+            return Err(Failure::usage(why));
+        }
         let mut pose = Pose::default();
         pictures
             .push(renderer.picture_while(|renderer, seconds| go_to(seconds, renderer, &workload, &mut pose), || {})?);
@@ -73,17 +76,6 @@ pub fn draw(
     Ok(RenderOutput { text: text + &costs, hazards: Vec::new(), files: Vec::new() })
 }
 
-/// Refuses what shows light where no surface is.
-fn refuse(settings: &Settings) -> Result<(), Failure> {
-    let spreads = [(settings.bloom > 0.0, "bloom"), (settings.fog != Fog::Off, "fog")];
-    match spreads.iter().find(|(is_on, _)| *is_on) {
-        Some((_, what)) => {
-            Err(Failure::usage(format!("--transparent does not go with {what}, which shines where no surface is")))
-        }
-        None => Ok(()),
-    }
-}
-
 /// The opacity of a pixel by what it shows before black and before a background of the given light.
 fn opacity(black: DVec3, before_white: DVec3, white: DVec3) -> f64 {
     (1.0 - ((before_white - black) / white).element_sum() / 3.0).clamp(0.0, 1.0)
@@ -93,6 +85,8 @@ fn opacity(black: DVec3, before_white: DVec3, white: DVec3) -> f64 {
 fn codes(black: &[u8], before_white: &[u8], white: DVec3) -> Vec<u8> {
     let decoded = |[r, g, b, _]: [u8; 4]| DVec3::from([r, g, b].map(|code| decode_srgb(f64::from(code) / 255.0)));
     let code = |value: f64| (encode_srgb(value.clamp(0.0, 1.0)) * 255.0).round() as u8;
+    // As it is seen: a code.
+    let white = DVec3::from(white.to_array().map(|value| decode_srgb(f64::from(code(value)) / 255.0)));
     let pairs = black.as_chunks::<4>().0.iter().zip(before_white.as_chunks::<4>().0);
     let pixel = |(&black, &before_white): (&[u8; 4], &[u8; 4])| {
         let [r, g, b, _] = black;

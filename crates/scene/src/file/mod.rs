@@ -240,10 +240,7 @@ fn light_and_view(root: &Table, scene: &mut Scene, folder: &Path, options: &Open
         let stand = fit::fit_camera(scene, aspect);
         // Models of glTF bring their own.
         if !is_lit && scene.lights.is_empty() {
-            fit::add_daylight(scene);
-            if !says("camera") && scene.settings.exposure.is_none() {
-                fit::fit_exposure(scene, stand);
-            }
+            fit::light_model(scene, None, stand)?;
         }
     }
     if let Some(node) = root.get("camera") {

@@ -5,7 +5,7 @@ use glam::Vec3;
 use super::ground;
 use crate::exposure::seen_ev100;
 use crate::sky::Studio;
-use crate::{AmbientOcclusion, Environment, FittedParts, Light, LightKind, Scene, SettingsPatch, ShadowFilter};
+use crate::{Environment, FittedParts, Light, LightKind, Scene, SettingsPatch, ShadowFilter};
 
 /// EV100 at which 1 nit is white: [`exposure_scale`](crate::exposure_scale) is 1.
 const WHITE_IS_A_NIT: f32 = -0.263_034_4;
@@ -17,8 +17,11 @@ const OCCLUSION_REACH: f64 = 0.2;
 /// emission, and the exposure is fitted to that.
 pub fn add_studio(scene: &mut Scene) {
     put_up(scene, 1.0, ground::ALBEDO);
-    scene.settings.exposure = Some(WHITE_IS_A_NIT);
-    scene.fitted = FittedParts { light: true, exposure: true, ..scene.fitted };
+    let exposure = scene.settings.exposure.is_none() || scene.fitted.exposure;
+    if exposure {
+        scene.settings.exposure = Some(WHITE_IS_A_NIT);
+    }
+    scene.fitted = FittedParts { light: true, exposure, ..scene.fitted };
 }
 
 /// A studio beside a model's own lights, as bright as they are, and an exposure for both.
@@ -45,13 +48,9 @@ fn put_up(scene: &mut Scene, nits: f32, albedo: f32) {
     scene.sky = Some(studio.sky(nits));
     scene.environment.background = Vec3::splat(ground::radiance(albedo) * nits);
     // Occlusion near by, and a shadow as soft as the lamp is large.
-    let usual = SettingsPatch {
-        ao: Some(AmbientOcclusion::Bitmask),
-        ao_radius: Some(((scene.model_bounds().radius() * OCCLUSION_REACH) as f32).clamp(0.001, 1000.0)),
-        shadow_filter: Some(ShadowFilter::Pcss),
-        ..SettingsPatch::default()
-    };
-    scene.settings = usual.or(&scene.settings);
+    let reach = scene.model_bounds().radius() * OCCLUSION_REACH;
+    let usual = SettingsPatch { shadow_filter: Some(ShadowFilter::Pcss), ..SettingsPatch::default() };
+    scene.settings = scene.settings.or(&usual).hiding_within(reach);
     if is_even {
         ground::add(scene, albedo);
     }
@@ -85,8 +84,7 @@ pub fn drop_fitted_light(scene: &mut Scene) -> bool {
         scene.settings.exposure = None;
     }
     if studio {
-        let SettingsPatch { ao, ao_radius, shadow_filter, .. } = &mut scene.settings;
-        (*ao, *ao_radius, *shadow_filter) = (None, None, None);
+        scene.settings = SettingsPatch { shadow_filter: None, ..scene.settings.clone().without_hiding() };
     }
     scene.fitted = FittedParts { light: false, studio: false, exposure: false, ..scene.fitted };
     light

@@ -108,8 +108,10 @@ impl Motion {
                     return Err(Error::Setting(format!("there is no clip {name:?}: the scene has no clips")));
                 }
                 None => {
-                    let names: Vec<&str> = self.clips.iter().map(|clip| clip.name.as_str()).collect();
-                    return Err(Error::Setting(unknown("clip", name, &[&names[..], &["all", "none"]].concat())));
+                    let mut names: Vec<&str> = self.clips.iter().map(|clip| clip.name.as_str()).collect();
+                    let words: Vec<&str> = ["all", "none"].into_iter().filter(|word| !names.contains(word)).collect();
+                    names.extend(words);
+                    return Err(Error::Setting(unknown("clip", name, &names)));
                 }
             }
         }

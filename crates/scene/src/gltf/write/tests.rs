@@ -330,7 +330,7 @@ fn settings_that_were_said_are_read_and_a_dark_scene_stays_dark() {
     // Light that glTF lacks is made up for.
     let beam = LightKind::Beam { position: DVec3::ZERO, direction: DVec3::X, radius: 1.0, edge: 0.1, range: None };
     let lit = open(Scene { lights: vec![Light::of(beam)], ..row(vec![lamp]) }, "");
-    assert!(lit.lights.len() == 1 && lit.fitted.light && lit.settings.exposure.is_none());
+    assert!(lit.lights.len() == 1 && lit.fitted.light && lit.fitted.exposure);
 }
 
 #[test]

@@ -92,7 +92,11 @@ fn a_pose_made_into_another_is_the_same() {
 fn clips_are_chosen_by_name_and_by_number() {
     let motion = moving().motion;
     let choose = |names: &[&str]| motion.choose(&names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>());
-    assert_eq!(choose(&[]).unwrap(), ClipChoice::All);
+    // The second moves what the first does.
+    assert_eq!(choose(&[]).unwrap(), ClipChoice::Only(vec![0]));
+    let mut renamed = motion.clone();
+    renamed.clips[0].name = "walk".into();
+    assert_eq!(renamed.choose(&["all".into()]).unwrap(), ClipChoice::Only(vec![0, 1]));
     assert_eq!(choose(&["none"]).unwrap(), ClipChoice::None);
     assert_eq!(choose(&["later", "0"]).unwrap(), ClipChoice::Only(vec![1, 0]));
     let error = choose(&["latr"]).unwrap_err().to_string();

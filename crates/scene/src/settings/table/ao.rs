@@ -1,7 +1,7 @@
 //! The choices of ambient occlusion.
 
-use crate::Settings;
 use crate::settings::choices::choice;
+use crate::{Settings, SettingsPatch};
 
 choice! {
     /// The way that ambient occlusion is found on the screen.
@@ -35,6 +35,22 @@ impl Settings {
     /// Metres within which surfaces hide light from everywhere, where they do.
     pub fn occlusion_radius(&self) -> Option<f64> {
         (self.ao != AmbientOcclusion::Off).then_some(f64::from(self.ao_radius))
+    }
+}
+
+impl SettingsPatch {
+    /// The same where surfaces hide light from each other within so many metres, unless it says something of that.
+    #[must_use]
+    pub(crate) fn hiding_within(self, metres: f64) -> Self {
+        let radius = (metres as f32).clamp(0.001, 1000.0);
+        let usual = Self { ao: Some(AmbientOcclusion::Bitmask), ao_radius: Some(radius), ..Self::default() };
+        self.or(&usual)
+    }
+
+    /// The same with nothing said of that.
+    #[must_use]
+    pub(crate) fn without_hiding(self) -> Self {
+        Self { ao: None, ao_radius: None, ..self }
     }
 }
 
