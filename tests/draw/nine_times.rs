@@ -8,7 +8,7 @@ use crate::common::plain_gltf::{Placed, PlainGltf};
 use crate::common::scenes_dir;
 use crate::common::stage::exact;
 use afterlight::frame::Picture;
-use afterlight::scene::{Camera, ClipChoice, OpenOptions, Playing, Settings, View, open};
+use afterlight::scene::{Camera, ClipChoice, OpenOptions, Playing, Settings, View, open, remove_ground};
 use glam::{DVec2, DVec3};
 
 const SIZE: [u32; 2] = [160, 120];
@@ -163,7 +163,9 @@ fn assert_in_place(gpu: &Gpu, name: &str) {
         &path.to_string_lossy(),
         &OpenOptions { aspect: f64::from(SIZE[0]) / f64::from(SIZE[1]), ..OpenOptions::default() },
     );
-    let scene = scene.unwrap_or_else(|error| panic!("{error}"));
+    let mut scene = scene.unwrap_or_else(|error| panic!("{error}"));
+    // It is no part of the file.
+    remove_ground(&mut scene);
     let lens = Lens { camera: scene.camera };
     let settings = Settings { view: View::Position, ..exact(SIZE[0], SIZE[1]) };
     let mut renderer = gpu.renderer(&scene, &settings);

@@ -267,7 +267,8 @@ fn report(args: &Args, workload: &Workload, cached: &Cached, mode: Mode, times: 
         args.output.sink,
         counted(rayon::current_num_threads(), "thread")
     );
-    let (objects, triangles) = (counted(scene.objects.len(), "object"), counted(scene.triangle_count(), "triangle"));
+    let (objects, triangles) =
+        (counted(scene.model_objects().count(), "object"), counted(scene.triangle_count(), "triangle"));
     let _ = write!(text, "{objects}, {triangles}, {}\n\n{}", counted(scene.lights.len(), "light"), table.render());
     text
 }

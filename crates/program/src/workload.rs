@@ -354,9 +354,9 @@ pub fn memory_table(memory: &MemoryReport) -> TextTable {
 /// Counts objects, triangles, materials, textures and lights.
 pub fn counts(scene: &Scene) -> String {
     let counts = [
-        (scene.objects.len(), "object"),
+        (scene.model_objects().count(), "object"),
         (scene.triangle_count(), "triangle"),
-        (scene.materials.len(), "material"),
+        (scene.materials.len() - usize::from(scene.fitted.ground.is_some()), "material"),
         (scene.textures.len(), "texture"),
         (scene.lights.len(), "light"),
     ];

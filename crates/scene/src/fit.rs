@@ -26,7 +26,7 @@ use studio::add_studio_beside_lights;
 pub use studio::{add_studio, drop_fitted_light, meter};
 
 /// The direction from an object to its camera: three quarters.
-const TOWARD_CAMERA: DVec3 = DVec3::new(0.65, 0.45, 1.0);
+const TOWARD_CAMERA: DVec3 = DVec3::new(1.0, 0.62, 1.0);
 /// Moments of its clips at which a moving model is looked at.
 const MOMENTS: u32 = 6;
 /// A hall is at least this many times as long as wide.

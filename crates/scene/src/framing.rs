@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use super::{Aabb, AlphaMode, Camera, Projection, Scene};
+use super::{Aabb, AlphaMode, Camera, Object, Projection, Scene};
 
 /// The picture's size over that of the framed part.
 const MARGIN: f64 = 1.2;
@@ -23,13 +23,8 @@ impl WeightedCorners {
     /// From `toward_camera`, of length 1, infinitely far away. Backs of one-sided surfaces and wholly clear surfaces are not drawn.
     fn of(scene: &Scene, toward_camera: DVec3, moments: usize) -> Self {
         let step = scene.triangle_count().div_ceil(MOST / moments).max(1);
-        let objects = scene
-            .objects
-            .par_iter()
-            .enumerate()
-            .filter(|(index, _)| scene.fitted.ground != Some(*index))
-            .map(|(_, own)| own);
-        let objects = objects.filter(|object| {
+        let objects: Vec<&Object> = scene.model_objects().collect();
+        let objects = objects.into_par_iter().filter(|object| {
             let material = scene.materials.get(object.material);
             material.is_some_and(|material| {
                 matches!(material.alpha_mode, AlphaMode::Opaque | AlphaMode::Glass) || material.alpha > 0.0
@@ -69,7 +64,7 @@ impl WeightedCorners {
     }
 }
 
-/// A camera of 45 degrees that looks from `toward_camera`, of length 1, at the surfaces drawn from there at all these moments of a scene, from the
+/// A camera of 35 degrees that looks from `toward_camera`, of length 1, at the surfaces drawn from there at all these moments of a scene, from the
 /// least distance at which they are in view. `bounds` are the scene's, for one of which nothing is drawn from there.
 pub(super) fn frame(moments: &[Cow<Scene>], bounds: &Aabb, toward_camera: DVec3, aspect: f64) -> Camera {
     let drawn: Vec<_> =
@@ -82,7 +77,7 @@ pub(super) fn frame(moments: &[Cow<Scene>], bounds: &Aabb, toward_camera: DVec3,
     Camera { near: (bounds.radius() * 1e-3).min(radius * 1e-2).max(f64::from(f32::MIN_POSITIVE)), ..camera }
 }
 
-/// Cameras of 45 degrees around a scene that rests, from the given directions of length 1: all look at the middle of its box, from the least distance at which
+/// Cameras of 35 degrees around a scene that rests, from the given directions of length 1: all look at the middle of its box, from the least distance at which
 /// each of them has in view what is drawn from it.
 pub(super) fn around(scene: &Scene, bounds: &Aabb, directions: &[DVec3], aspect: f64) -> Vec<Camera> {
     let center = bounds.center();
@@ -111,7 +106,7 @@ pub(super) fn around(scene: &Scene, bounds: &Aabb, directions: &[DVec3], aspect:
 }
 
 /// The field of view of a fitted camera, in degrees.
-const DEGREES: f64 = 45.0;
+const DEGREES: f64 = 35.0;
 
 /// The slopes of the rays that hold the framed part: across and up.
 fn slopes(aspect: f64) -> [f64; 2] {
@@ -170,7 +165,7 @@ fn framing(drawn: &WeightedCorners, outliers: f64, toward_camera: DVec3, aspect:
 mod tests {
     use super::*;
     use crate::builtin::shapes;
-    use crate::{Material, Object, fit_camera, turntable};
+    use crate::{Material, fit_camera, turntable};
     use glam::DAffine3;
 
     /// The extent of a scene's corners on the picture from a camera, as shares of its width and height, and the farthest from the middle.

@@ -215,10 +215,15 @@ impl Scene {
         self.objects.iter().fold(Aabb::EMPTY, |all, object| all.union(&object.bounds(&self.meshes)))
     }
 
-    /// World-space box around all objects but a [fitted](FittedParts::ground) ground.
-    pub fn model_bounds(&self) -> Aabb {
+    /// Its objects without a [fitted](FittedParts::ground) ground.
+    pub fn model_objects(&self) -> impl Iterator<Item = &Object> {
         let own = self.objects.iter().enumerate().filter(|(index, _)| self.fitted.ground != Some(*index));
-        own.fold(Aabb::EMPTY, |all, (_, object)| all.union(&object.bounds(&self.meshes)))
+        own.map(|(_, object)| object)
+    }
+
+    /// World-space box around [`Scene::model_objects`].
+    pub fn model_bounds(&self) -> Aabb {
+        self.model_objects().fold(Aabb::EMPTY, |all, object| all.union(&object.bounds(&self.meshes)))
     }
 
     /// Returns true if a skin or shapes deform an object's mesh, so that it has vertices of its own.
@@ -230,9 +235,9 @@ impl Scene {
         skinned || (blended && !mesh.morphs.is_empty())
     }
 
-    /// Triangles after instancing.
+    /// Triangles of [`Scene::model_objects`], after instancing.
     pub fn triangle_count(&self) -> usize {
-        self.objects.iter().filter_map(|object| self.meshes.get(object.mesh)).map(|mesh| mesh.indices.len() / 3).sum()
+        self.model_objects().filter_map(|object| self.meshes.get(object.mesh)).map(|mesh| mesh.indices.len() / 3).sum()
     }
 }
 

@@ -341,7 +341,7 @@ mod tests {
         let begun = Instant::now();
         loop {
             let found = match (watch.next_reload(), wanted) {
-                (Some(Reload::Scene(Ok(read))), Ok(objects)) => read.0.objects.len() == objects,
+                (Some(Reload::Scene(Ok(read))), Ok(objects)) => read.0.model_objects().count() == objects,
                 (Some(Reload::Scene(Err(fault))), Err(name)) => fault.contains(name) && fault.contains("scene.toml:1"),
                 _ => false,
             };

@@ -108,7 +108,7 @@ fn a_scene_and_a_variant_of_a_gltf_file_are_chosen() {
     let folder = folder();
     fs::write(folder.path().join("two.gltf"), GLTF).unwrap();
     let scene = read(&folder, GLTF_MODEL).unwrap();
-    let worn: Vec<&str> = scene.objects.iter().map(|own| scene.materials[own.material].name.as_str()).collect();
+    let worn: Vec<&str> = scene.model_objects().map(|own| scene.materials[own.material].name.as_str()).collect();
     assert_eq!((worn, scene.triangle_count()), (vec!["paint"], 1));
     let error = read(&folder, "[[models]]\npath = 'two.gltf'\nscene = 'third'").unwrap_err();
     assert!(error.contains("third"), "{error}");
@@ -249,7 +249,7 @@ fn copies_stand_where_grid_instances_and_the_models_own_transform_put_them() {
     let text = "[[models]]\nshape = { kind = 'sphere' }\ntranslation = [0, 10, 0]\nrotation = [0, 90, 0]\nscale = 2\n\
                 grid = { count = [2, 1, 1], spacing = [4, 0, 0] }\ninstances = [{}, { translation = [0, 0, 1] }]\n";
     let scene = read(&folder(), text).unwrap();
-    let places: Vec<DVec3> = scene.objects.iter().map(|object| object.transform.translation).collect();
+    let places: Vec<DVec3> = scene.model_objects().map(|object| object.transform.translation).collect();
     // A quarter turn about +Y takes +X to -Z and +Z to +X.
     let expected = [[0., 10., 4.], [2., 10., 4.], [0., 10., -4.], [2., 10., -4.]];
     assert_eq!(places.len(), expected.len());

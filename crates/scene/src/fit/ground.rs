@@ -5,9 +5,9 @@ use glam::{DAffine3, DVec3, Vec3};
 use crate::sky::Studio;
 use crate::{Aabb, Brdf, CastsShadow, Material, Mesh, Object, Playing, Scene};
 
-/// Its albedo alone in the studio, the code 188 of 8-bit sRGB, so that a G-buffer keeps it as it is; and where a model's own lights are exposed for, too: the
+/// Its albedo alone in the studio, the code 206 of 8-bit sRGB, so that a G-buffer keeps it as it is; and where a model's own lights are exposed for, too: the
 /// code 243.
-pub const ALBEDO: f32 = 0.502_886_5;
+pub const ALBEDO: f32 = 0.6172066;
 pub const ALBEDO_BESIDE_LIGHTS: f32 = 0.896_269_4;
 /// Corners of the disc.
 const CORNERS: u32 = 64;

@@ -63,8 +63,8 @@ pub fn light_model(scene: &mut Scene, choice: Option<&LightChoice>, stand: Camer
     let fitted = match (has_own, stand) {
         (true, CameraPlace::Outside) if scene.fitted.camera => &LightChoice::Both,
         (true, _) => &LightChoice::File,
-        (false, CameraPlace::Outside) => &LightChoice::Studio,
-        (false, CameraPlace::Inside) => &LightChoice::Sun,
+        (false, CameraPlace::Outside) if !scene.model_bounds().is_empty() => &LightChoice::Studio,
+        (false, _) => &LightChoice::Sun,
     };
     let choice = choice.unwrap_or(fitted);
     if choice.keeps_lights() && !has_own {

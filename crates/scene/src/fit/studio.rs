@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::ground;
-use crate::exposure::seen_ev100;
+use crate::exposure::{exposure_scale, seen_ev100};
 use crate::sky::Studio;
 use crate::{Environment, FittedParts, Light, LightKind, Scene, SettingsPatch, ShadowFilter};
 
@@ -30,6 +30,10 @@ pub(super) fn add_studio_beside_lights(scene: &mut Scene) {
     let lux = 2.5 * f64::from(seen_ev100(scene)).exp2();
     put_up(scene, (lux / std::f64::consts::PI) as f32, ground::ALBEDO_BESIDE_LIGHTS);
     meter(scene);
+    if let (None, Some(ev100)) = (scene.fitted.ground, scene.settings.exposure) {
+        // With no ground to send it, the background is as bright as alone in the studio.
+        scene.environment.background = Vec3::splat(ground::radiance(ground::ALBEDO) / exposure_scale(ev100));
+    }
 }
 
 /// The room, the lamp and the ground, where white that faces the viewer has so many nits.

@@ -10,12 +10,12 @@ use super::{Sky, SkyImage, SkyOrigin};
 /// Texels around. An area's edge is soft over several of them.
 const WIDTH: u32 = 512;
 /// The direction from which the studio is lit to be seen, as degrees from +Z towards +X: that of a fitted camera.
-const VIEWER_AZIMUTH: f64 = 33.0;
-const VIEWER_ELEVATION: f64 = 20.7;
+const VIEWER_AZIMUTH: f64 = 45.0;
+const VIEWER_ELEVATION: f64 = 23.7;
 /// The lamp stands to the left of the viewer and above, in degrees.
 const LAMP: [f64; 2] = [52.0, -48.0];
 /// The lamp's share of the light on a card that faces the viewer.
-const LAMP_SHARE: f64 = 0.45;
+const LAMP_SHARE: f64 = 0.4;
 /// The share of an area's half edge over which its light fades out.
 const EDGE: f64 = 0.2;
 
@@ -29,10 +29,12 @@ struct Softbox {
     radiance: f64,
 }
 
-/// The lamp's own area, a fill across from it, one above, and two strips behind the model, whose light draws its outline.
-const SOFTBOXES: [Softbox; 5] = [
+/// The lamp's own area, a broad one behind the viewer, which dark gloss mirrors, a fill across from the lamp, one above, and two strips behind the model,
+/// whose light draws its outline.
+const SOFTBOXES: [Softbox; 6] = [
     Softbox { place: LAMP, half: [0.45, 0.35], radiance: 9.0 },
-    Softbox { place: [18.0, 62.0], half: [0.5, 0.6], radiance: 2.5 },
+    Softbox { place: [30.0, 12.0], half: [0.7, 0.5], radiance: 2.5 },
+    Softbox { place: [18.0, 68.0], half: [0.5, 0.6], radiance: 3.0 },
     Softbox { place: [86.0, 180.0], half: [0.9, 0.6], radiance: 4.0 },
     Softbox { place: [22.0, -140.0], half: [0.16, 0.7], radiance: 8.0 },
     Softbox { place: [26.0, 142.0], half: [0.2, 0.7], radiance: 8.0 },
@@ -88,7 +90,7 @@ fn toward([elevation, azimuth]: [f64; 2]) -> DVec3 {
 
 /// The radiance that comes from a direction: grey walls, lighter above and, by the floor, below.
 fn room(to: DVec3) -> DVec3 {
-    let wall = if to.y > 0.0 { 0.5 + 0.5 * to.y } else { 0.5 - 0.4 * to.y };
+    let wall = if to.y > 0.0 { 0.9 + 0.5 * to.y } else { 0.9 - 0.3 * to.y };
     let light: f64 = SOFTBOXES.iter().map(|own| own.radiance * own.coverage(to)).sum();
     DVec3::splat(wall + light)
 }
@@ -133,8 +135,8 @@ mod tests {
     fn the_lamp_shines_from_its_own_area_and_behind_the_model_are_strips() {
         let studio = Studio::get();
         let look = |place| studio.image.look(toward(place)).x;
-        let wall = look([5.0, 0.0]);
-        assert!(look(LAMP) > 8.0 * wall && look([22.0, -140.0]) > 5.0 * wall && look([26.0, 142.0]) > 5.0 * wall);
+        let wall = look([0.0, 100.0]);
+        assert!(look(LAMP) > 6.0 * wall && look([22.0, -140.0]) > 5.0 * wall && look([26.0, 142.0]) > 5.0 * wall);
         assert!(studio.lamp.distance(toward(LAMP)) < 1e-12 && studio.lamp.y > 0.5);
         // No direction is dark: metal mirrors something everywhere.
         assert!(studio.image.texels.iter().all(|texel| texel[0] > 0.1));
