@@ -14,6 +14,7 @@ mod devices;
 #[cfg(unix)]
 mod docs;
 mod examples;
+mod first_look;
 mod killed;
 mod layering;
 mod library;

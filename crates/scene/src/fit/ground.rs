@@ -5,18 +5,18 @@ use glam::{DAffine3, DVec3, Vec3};
 use crate::sky::Studio;
 use crate::{Aabb, Brdf, CastsShadow, Material, Mesh, Object, Playing, Scene};
 
-/// Its albedo alone in the studio, the code 206 of 8-bit sRGB, so that a G-buffer keeps it as it is; and where a model's own lights are exposed for, too: the
+/// Its albedo alone in the studio, the code 186 of 8-bit sRGB, so that a G-buffer keeps it as it is; and where a model's own lights are exposed for, too: the
 /// code 243.
-pub const ALBEDO: f32 = 0.6172066;
+pub const ALBEDO: f32 = 0.4910208;
 pub const ALBEDO_BESIDE_LIGHTS: f32 = 0.896_269_4;
 /// Corners of the disc.
 const CORNERS: u32 = 64;
-/// The disc's radius over the model's: shadows end within.
-const REACH: f64 = 5.0;
+/// The disc's radius over the model's: a fitted camera sees no end of it.
+const REACH: f64 = 16.0;
 /// Its depth below the model's lowest point, as a share of the model's radius, so that a flat underside does not flicker through it.
 const BELOW: f64 = 1e-3;
 
-/// Radiance of a ground of this albedo, and so of the background, in nits, where white that faces the viewer has 1.
+/// Radiance of a ground of this albedo, and so of the background, in nits, in a studio of strength 1.
 pub fn radiance(albedo: f32) -> f32 {
     albedo * Studio::get().ground_white as f32
 }

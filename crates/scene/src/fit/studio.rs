@@ -13,8 +13,8 @@ const WHITE_IS_A_NIT: f32 = -0.263_034_4;
 /// The radius of ambient occlusion over the model's.
 const OCCLUSION_REACH: f64 = 0.2;
 
-/// A studio about a model that the camera stands before, with a ground below it: white that faces the viewer is 1 nit, as models of glTF state their
-/// emission, and the exposure is fitted to that.
+/// A studio about a model that the camera stands before, with a ground below it, and an exposure at which 1 nit is white, as models of glTF state their
+/// emission.
 pub fn add_studio(scene: &mut Scene) {
     put_up(scene, 1.0, ground::ALBEDO);
     let exposure = scene.settings.exposure.is_none() || scene.fitted.exposure;
@@ -26,7 +26,7 @@ pub fn add_studio(scene: &mut Scene) {
 
 /// A studio beside a model's own lights, as bright as they are, and an exposure for both.
 pub(super) fn add_studio_beside_lights(scene: &mut Scene) {
-    // The card that faces the viewer has pi lux where white there has a nit.
+    // What faces the viewer has about pi lux in a studio of strength 1.
     let lux = 2.5 * f64::from(seen_ev100(scene)).exp2();
     put_up(scene, (lux / std::f64::consts::PI) as f32, ground::ALBEDO_BESIDE_LIGHTS);
     meter(scene);
@@ -36,7 +36,7 @@ pub(super) fn add_studio_beside_lights(scene: &mut Scene) {
     }
 }
 
-/// The room, the lamp and the ground, where white that faces the viewer has so many nits.
+/// The room, the lamp and the ground, so many times as strong.
 fn put_up(scene: &mut Scene, nits: f32, albedo: f32) {
     // A light from far away would show the ground's edge.
     let is_even = scene.lights.iter().all(|light| !matches!(light.kind, LightKind::Directional { .. }));
