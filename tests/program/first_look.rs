@@ -51,7 +51,7 @@ fn a_folder_is_a_sheet_with_a_tile_for_each_model_and_one_that_fails_keeps_no_ot
     fs::remove_file(folder.path().join("c.glb")).expect("removed");
     render(folder.path(), &[".", "-o", "{name}.png"], 0);
     assert_eq!(picture(folder.path(), "a.png"), picture(folder.path(), "b.png"));
-    let told = render(folder.path(), &[".", "-o", "sheet.png", "--view", "all"], 2);
+    let told = render(folder.path(), &[".", "-o", "sheet.png", "--transparent"], 2);
     assert!(told.contains("need one picture a model"), "{told}");
 }
 
