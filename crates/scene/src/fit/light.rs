@@ -182,6 +182,12 @@ mod tests {
             assert_eq!((scene.lights.len(), scene.settings.ao), (left, None));
             assert!(scene.fitted.exposure && scene.settings.exposure.is_some());
         }
+        // A sky that changes nothing beside a lamp is told.
+        for (candela, warnings) in [(1.0, 0), (1e9, 1)] {
+            let mut scene = lit(vec![lamp(candela)], None).expect("lit");
+            put_sky(&mut scene, &SkyChoice::Atmosphere(None)).expect("a sky");
+            assert_eq!(scene.warnings.len(), warnings, "{candela}: {:?}", scene.warnings);
+        }
         let mut scene = lit(Vec::new(), None).expect("lit");
         assert!(drop_fitted_light(&mut scene) && scene.lights.is_empty() && scene.sky.is_none());
         assert!(!drop_fitted_light(&mut scene));

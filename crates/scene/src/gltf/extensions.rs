@@ -74,6 +74,11 @@ mod tests {
         assert_eq!(not_drawn(&used).unwrap(), "extensions that are not drawn: KHR_materials_sheen, VENDOR_x");
         let required = document(r#"{"extensionsRequired":["KHR_materials_ior","VENDOR_x"]}"#);
         assert!(check_required(&required).unwrap_err().contains("requires the extension VENDOR_x,"));
+        // A surface without its sheen is still a surface.
+        let simpler =
+            document(r#"{"extensionsUsed":["KHR_materials_sheen"],"extensionsRequired":["KHR_materials_sheen"]}"#);
+        assert_eq!(check_required(&simpler), Ok(()));
+        assert_eq!(not_drawn(&simpler).unwrap(), "extensions that are not drawn: KHR_materials_sheen");
         assert_eq!(not_drawn(&document("{}")), None);
     }
 }

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 
 use super::{Atmosphere, Sky, read_panorama};
+use crate::exposure::seen_ev100;
 use crate::fit::{drop_fitted_light, fit_emission, meter};
 use crate::{Error, Light, LightKind, Scene};
 
@@ -64,11 +65,29 @@ pub fn put_sky(scene: &mut Scene, choice: &SkyChoice) -> Result<(), Error> {
     // A bare model's: nobody has said another.
     if was_exposed {
         meter(scene);
+        tell_faint(scene);
     }
     if scene.fitted.white.is_some() {
         fit_emission(scene);
     }
     Ok(())
+}
+
+/// Stops between light of all and of a sky that changes nothing to see beside it: a fiftieth.
+const FAINT_STOPS: f32 = 5.6;
+
+/// Adds a warning where the lights of a bare model's file outshine its sky.
+fn tell_faint(scene: &mut Scene) {
+    let all = seen_ev100(scene);
+    let lights = std::mem::take(&mut scene.lights);
+    let of_sky = seen_ev100(scene);
+    scene.lights = lights;
+    let is_lit = scene.sky.as_ref().is_some_and(|sky| sky.lights);
+    if is_lit && !scene.lights.is_empty() && of_sky < all - FAINT_STOPS {
+        let warning = "the lights of the file outshine the sky more than 50 times, so that it is seen and lights nothing to speak of: --light \
+                       studio, sun or a picture leaves them out, and --sky-strength makes the sky brighter";
+        scene.warnings.push(warning.into());
+    }
 }
 
 /// An atmosphere with its sun there, or where the scene's first directional light comes from. `adds`: a directional light like its sun is added.
