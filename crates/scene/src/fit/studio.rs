@@ -61,10 +61,14 @@ fn put_up(scene: &mut Scene, nits: f32, albedo: f32) {
     scene.fitted.studio = true;
 }
 
+/// Stops by which a model is exposed for longer than a scene, so that a grey card of 18% in the mean of the light is shown as 18%, as in the studio: metering
+/// shows white at 2.5 / 1.2 / pi.
+const GREY_STOPS: f32 = 0.882;
+
 /// Exposes for what is seen of the model, unless somebody has said an exposure.
 pub fn meter(scene: &mut Scene) {
     if scene.settings.exposure.is_none() || scene.fitted.exposure {
-        scene.settings.exposure = Some(seen_ev100(scene));
+        scene.settings.exposure = Some(seen_ev100(scene) - GREY_STOPS);
         scene.fitted.exposure = true;
     }
 }
