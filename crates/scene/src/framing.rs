@@ -85,7 +85,7 @@ pub(super) fn around(scene: &Scene, bounds: &Aabb, directions: &[DVec3], aspect:
     let looking = |toward: DVec3| Camera::looking_at(toward, DVec3::ZERO, DVec3::Y);
     let needed = |&toward: &DVec3| {
         let camera = looking(toward);
-        let drawn = WeightedCorners::of(scene, toward, directions.len());
+        let drawn = WeightedCorners::of(scene, toward, 1);
         let (right, up, forward) = (camera.right(), camera.up(), camera.forward());
         let distance = |&(point, _): &(DVec3, f64)| {
             let offset = point - center;

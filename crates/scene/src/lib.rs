@@ -92,7 +92,7 @@ pub use sky::{
     Atmosphere, CubeLevel, FACES, MOST_LIGHT, Sky, SkyCube, SkyImage, SkyOrigin, Studio, SunDisc, face_direction,
 };
 #[cfg(feature = "readers")]
-pub use sky::{SkyChoice, put_sky, read_faces, read_panorama};
+pub use sky::{SkyChoice, fit_to_light, put_sky, read_faces, read_panorama};
 pub use suggest::{nearest, unknown};
 pub use temperature::{KELVIN, black_body_color};
 pub use texels::{BlockFormat, Texels};
@@ -166,6 +166,8 @@ pub struct FittedParts {
     pub camera: bool,
     /// [`SettingsPatch::exposure`]: that of the studio, or for what is seen of the model.
     pub exposure: bool,
+    /// True for a bare model, which is exposed for what is seen of it wherever nobody has said an exposure.
+    pub is_bare: bool,
     /// All of its light, which a sky can take the place of.
     pub light: bool,
     /// The sky, the background and the last light: a [`Studio`]'s, beside lights of the file if `light` is false.

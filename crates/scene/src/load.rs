@@ -176,6 +176,7 @@ fn open_model(path: &Path, format: ModelFormat, options: &OpenOptions) -> Result
     if let Some(own) = scene.cameras.first() {
         (scene.camera, scene.fitted.camera, scene.looks_through) = (own.camera, false, Some(0));
     }
+    scene.fitted.is_bare = surroundings.is_none();
     match surroundings.filter(|own| keeps_lights && (own.is_lit || !scene.lights.is_empty())) {
         Some(own) => (scene.environment, scene.settings) = (own.environment, own.settings),
         None => fit::light_model(&mut scene, options.light, stand)?,

@@ -92,6 +92,14 @@ fn a_studio_stands_about_a_model_and_is_written_as_it_was() {
         read(&folder, "base = 'tile.obj'\n[[lights]]\nkind = 'directional'\ndirection = [0, -1, 0]\nintensity = 10\n")
             .unwrap();
     assert_eq!((lit.lights.len(), lit.objects.len(), lit.sky.is_none(), lit.settings.exposure), (1, 1, true, None));
+    let beside = "base = 'tile.obj'\n[[models]]\npath = 'tile.obj'\ntranslation = [0, -3, 0]\n";
+    let lamp = "[[lights]]\nkind = 'directional'\ndirection = [0, -1, 0]\nintensity = 10\n";
+    let two = read(&folder, &format!("{beside}{lamp}")).unwrap();
+    assert_eq!((two.lights.len(), two.objects.len(), two.fitted.ground), (1, 2, None));
+    // The ground lies below both.
+    let two = read(&folder, beside).unwrap();
+    assert_eq!((two.objects.len(), two.fitted.ground), (3, Some(2)));
+    assert!(two.objects[2].transform.translation.y < -3.0);
     let dark = read(&folder, "base = 'tile.obj'\nbase_lights = false").unwrap();
     assert!(dark.lights.is_empty() && dark.sky.is_none() && dark.objects.len() == 1);
 }

@@ -1,6 +1,6 @@
 //! The options of the sky.
 
-use afterlight::scene::{Scene, SkyChoice, put_sky};
+use afterlight::scene::{Scene, SkyChoice, fit_to_light, put_sky};
 use clap::{Arg, ArgMatches};
 
 use super::value;
@@ -55,6 +55,10 @@ impl SkyArgs {
         if let Some(choice) = &self.choice {
             put_sky(scene, choice)?;
         }
+        if self.nits.is_some() && scene.fitted.studio {
+            return Err(Failure::usage("--sky-strength is for a picture or an atmosphere: a studio has one strength")
+                .with_hint("--exposure makes the picture lighter"));
+        }
         let Some(sky) = &mut scene.sky else {
             return match (self.degrees, self.nits) {
                 (None, None) => Ok(()),
@@ -65,6 +69,9 @@ impl SkyArgs {
         };
         sky.rotation_degrees = self.degrees.unwrap_or(sky.rotation_degrees);
         sky.nits = self.nits.unwrap_or(sky.nits);
+        if self.degrees.is_some() || self.nits.is_some() {
+            fit_to_light(scene);
+        }
         Ok(())
     }
 }

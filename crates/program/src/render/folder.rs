@@ -73,6 +73,7 @@ pub fn draw_sheet(args: &Args, is_verbose: bool) -> Result<(), Failure> {
     args.output.sink.check()?;
     let mut settings = args.settings.clone();
     settings.said = settings.said.or(&SettingsPatch { size: Some(TILE), ..SettingsPatch::default() });
+    let size = settings.said.size.unwrap_or(TILE);
     let mut tiles = Vec::new();
     let mut failures: Vec<(&str, Failure)> = Vec::new();
     for scene in &args.scenes {
@@ -83,8 +84,8 @@ pub fn draw_sheet(args: &Args, is_verbose: bool) -> Result<(), Failure> {
         let label = name_of(scene);
         let picture = kept.borrow_mut().pop();
         tiles.push(match (picture, &outcome) {
-            (Some(Picture { size, pixels: Pixels::Srgb8(rgba) }), Ok(())) => SheetTile { label, size, rgba },
-            _ => SheetTile { label: format!("{label}: failed"), size: TILE, rgba: Vec::new() },
+            (Some(Picture { pixels: Pixels::Srgb8(rgba), .. }), Ok(())) => SheetTile { label, size, rgba },
+            _ => SheetTile { label: format!("{label}: failed"), size, rgba: Vec::new() },
         });
         match outcome {
             Err(failure) if failure.is_quiet() => return Err(failure),

@@ -48,6 +48,7 @@ pub fn draw(
             let why = format!("--transparent does not go with {what}, which is seen where no surface is");
             return Err(Failure::usage(why));
         }
+        workload.warn(renderer.plan())?;
         let mut pose = Pose::default();
         pictures
             .push(renderer.picture_while(|renderer, seconds| go_to(seconds, renderer, &workload, &mut pose), || {})?);

@@ -186,7 +186,19 @@ fn base(root: &Table, folder: &Path, options: &OpenOptions) -> Result<Scene, Err
         scene.lights.clear();
         scene.motion.forget_lights();
     }
+    // Before anything stands behind it in the lists of the scene.
+    if brings_light(root) {
+        drop_fitted_light(&mut scene);
+    }
+    if root.get("models").is_some() {
+        fit::remove_ground(&mut scene);
+    }
     Ok(scene)
+}
+
+/// Returns true if a file says any light of its own.
+fn brings_light(root: &Table) -> bool {
+    ["lights", "scattered_lights", "environment", "sky"].iter().any(|key| root.get(key).is_some())
 }
 
 /// The error of a file that another names: with its own line where it has one, else told at the key that names it.
@@ -216,10 +228,7 @@ fn light_and_view(root: &Table, scene: &mut Scene, folder: &Path, options: &Open
     let from =
         root.read("settings", |node| settings::from(node, folder, &mut scene.files))?.flatten().unwrap_or_default();
     let said = own.or(&of_camera).or(&from);
-    let is_lit = ["lights", "scattered_lights", "environment", "sky"].iter().any(|key| says(key));
-    if is_lit {
-        drop_fitted_light(scene);
-    }
+    let is_lit = brings_light(root);
     scene.fitted.exposure &= said.exposure.is_none();
     scene.settings = said.or(&scene.settings);
     let first_light = scene.lights.len();
@@ -242,6 +251,9 @@ fn light_and_view(root: &Table, scene: &mut Scene, folder: &Path, options: &Open
         if !is_lit && scene.lights.is_empty() {
             fit::light_model(scene, None, stand)?;
         }
+    }
+    if scene.fitted.studio && scene.fitted.ground.is_none() && scene.fitted.light {
+        fit::ground::add(scene, fit::ground::ALBEDO);
     }
     if let Some(node) = root.get("camera") {
         scene.camera = settings::camera(&node, scene.camera)?;

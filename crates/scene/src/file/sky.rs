@@ -29,6 +29,7 @@ pub(super) fn sky(node: &KeyedValue, scene: &mut Scene, folder: &Path) -> Result
     let studio = table.read("studio", KeyedValue::boolean)?.filter(|is_on| *is_on);
     match (file, faces, air, studio) {
         (None, None, None, Some(_)) => {
+            ground::remove(scene);
             scene.sky = Some(Studio::get().sky(1.0));
             ground::add(scene, ground::ALBEDO);
         }

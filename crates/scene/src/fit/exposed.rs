@@ -9,7 +9,8 @@ const SHADE_STOPS: f32 = 2.0;
 /// Exposes a lit model for where its fitted camera stands. Metering knows no shadows, so that inside, where most lies in the
 /// shade, it opens by [`SHADE_STOPS`].
 pub fn fit_exposure(scene: &mut Scene, stand: CameraPlace) {
-    if stand == CameraPlace::Inside {
+    let is_open = scene.settings.exposure.is_none() || scene.fitted.exposure;
+    if stand == CameraPlace::Inside && is_open {
         scene.settings.exposure = Some(metered_ev100(scene) - SHADE_STOPS);
         scene.fitted.exposure = true;
     }

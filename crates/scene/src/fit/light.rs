@@ -176,15 +176,30 @@ mod tests {
     fn another_sky_takes_the_place_of_a_studio_and_lights_of_the_file_stay() {
         for (lights, left) in [(Vec::new(), 1), (vec![lamp(3.0)], 1)] {
             let mut scene = lit(lights, None).expect("lit");
+            scene.fitted.is_bare = true;
             put_sky(&mut scene, &SkyChoice::Atmosphere(None)).expect("a sky");
             assert!(scene.fitted.ground.is_none() && scene.objects.len() == 1 && scene.materials.len() == 1);
             assert!(matches!(scene.sky.as_ref().expect("a sky").image.origin, SkyOrigin::Atmosphere(_)));
             assert_eq!((scene.lights.len(), scene.settings.ao), (left, None));
             assert!(scene.fitted.exposure && scene.settings.exposure.is_some());
         }
+        let mut scene = lit(Vec::new(), None).expect("lit");
+        put_sky(&mut scene, &SkyChoice::Nothing).expect("no sky");
+        assert!(scene.fitted.ground.is_none() && scene.objects.len() == 1 && scene.sky.is_none());
+        // Sixteen times the light of a bare model's sky is exposed for a sixteenth as long.
+        let mut scene = lit(Vec::new(), None).expect("lit");
+        scene.fitted.is_bare = true;
+        put_sky(&mut scene, &SkyChoice::Atmosphere(None)).expect("a sky");
+        scene.lights.clear();
+        crate::fit_to_light(&mut scene);
+        let before = scene.settings.exposure.expect("an exposure");
+        scene.sky.as_mut().expect("a sky").nits *= 16.0;
+        crate::fit_to_light(&mut scene);
+        assert!((scene.settings.exposure.expect("an exposure") - before - 4.0).abs() < 1e-3);
         // A sky that changes nothing beside a lamp is told.
         for (candela, warnings) in [(1.0, 0), (1e9, 1)] {
             let mut scene = lit(vec![lamp(candela)], None).expect("lit");
+            scene.fitted.is_bare = true;
             put_sky(&mut scene, &SkyChoice::Atmosphere(None)).expect("a sky");
             assert_eq!(scene.warnings.len(), warnings, "{candela}: {:?}", scene.warnings);
         }

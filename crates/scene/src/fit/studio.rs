@@ -10,6 +10,9 @@ use crate::{Environment, FittedParts, Light, LightKind, Scene, SettingsPatch, Sh
 /// EV100 at which 1 nit is white: [`exposure_scale`](crate::exposure_scale) is 1.
 const WHITE_IS_A_NIT: f32 = -0.263_034_4;
 
+/// The lamp's name.
+const NAME: &str = "studio";
+
 /// The radius of ambient occlusion over the model's.
 const OCCLUSION_REACH: f64 = 0.2;
 
@@ -28,7 +31,7 @@ pub fn add_studio(scene: &mut Scene) {
 pub(super) fn add_studio_beside_lights(scene: &mut Scene) {
     // What faces the viewer has about pi lux in a studio of strength 1.
     let lux = 2.5 * f64::from(seen_ev100(scene)).exp2();
-    put_up(scene, (lux / std::f64::consts::PI) as f32, ground::ALBEDO_BESIDE_LIGHTS);
+    put_up(scene, (lux / std::f64::consts::PI).min(1e9) as f32, ground::ALBEDO_BESIDE_LIGHTS);
     meter(scene);
     if let (None, Some(ev100)) = (scene.fitted.ground, scene.settings.exposure) {
         // With no ground to send it, the background is as bright as alone in the studio.
@@ -42,7 +45,7 @@ fn put_up(scene: &mut Scene, nits: f32, albedo: f32) {
     let is_even = scene.lights.iter().all(|light| !matches!(light.kind, LightKind::Directional { .. }));
     let studio = Studio::get();
     scene.lights.push(Light {
-        name: "studio".into(),
+        name: NAME.into(),
         color: Vec3::ONE,
         intensity: studio.lux as f32 * nits,
         casts_shadow: true,
@@ -83,7 +86,10 @@ pub fn drop_fitted_light(scene: &mut Scene) -> bool {
         scene.lights.clear();
         scene.environment = Environment::default();
     } else {
-        scene.lights.pop();
+        let lamp = scene.lights.iter().rposition(|light| light.name == NAME);
+        if let Some(lamp) = lamp {
+            scene.lights.remove(lamp);
+        }
         scene.environment.background = Vec3::ZERO;
     }
     scene.sky = None;
@@ -92,7 +98,10 @@ pub fn drop_fitted_light(scene: &mut Scene) -> bool {
         scene.settings.exposure = None;
     }
     if studio {
-        scene.settings = SettingsPatch { shadow_filter: None, ..scene.settings.clone().without_hiding() };
+        scene.settings = SettingsPatch {
+            shadow_filter: scene.settings.shadow_filter.filter(|own| *own != ShadowFilter::Pcss),
+            ..scene.settings.clone().without_hiding()
+        };
     }
     scene.fitted = FittedParts { light: false, studio: false, exposure: false, ..scene.fitted };
     light

@@ -41,7 +41,7 @@ const SIMPLIFIED: &[&str] = &[
 
 /// Refuses a file that cannot be shown without an extension that is not drawn.
 pub(super) fn check_required(document: &Document) -> Result<(), String> {
-    let unknown = |name: &&String| ![DRAWN, UNSEEN, SIMPLIFIED].concat().contains(&name.as_str());
+    let unknown = |name: &&String| ![DRAWN, UNSEEN, SIMPLIFIED].iter().any(|list| list.contains(&name.as_str()));
     let lacking: Vec<String> =
         document.extensions_required.iter().filter(unknown).map(|name| name.escape_debug().to_string()).collect();
     match lacking.as_slice() {

@@ -8,7 +8,7 @@ use glam::{DVec3, Vec3};
 
 use super::{Atmosphere, Sky, read_panorama};
 use crate::exposure::seen_ev100;
-use crate::fit::{drop_fitted_light, fit_emission, meter};
+use crate::fit::{drop_fitted_light, fit_emission, meter, remove_ground};
 use crate::{Error, Light, LightKind, Scene};
 
 /// As a command line asks for it. Needs the feature `readers`.
@@ -48,8 +48,10 @@ impl FromStr for SkyChoice {
 /// # Errors
 /// [`Error::Read`] for a picture that cannot be read.
 pub fn put_sky(scene: &mut Scene, choice: &SkyChoice) -> Result<(), Error> {
-    let was_exposed = scene.fitted.exposure;
+    // The ground goes with the studio's sky.
+    remove_ground(scene);
     match choice {
+        SkyChoice::Nothing if scene.sky.is_none() => return Ok(()),
         SkyChoice::Nothing => scene.sky = None,
         SkyChoice::Picture(path) => {
             let image = Arc::new(read_panorama(path, &mut scene.warnings)?);
@@ -62,15 +64,20 @@ pub fn put_sky(scene: &mut Scene, choice: &SkyChoice) -> Result<(), Error> {
             put_atmosphere(scene, Atmosphere::default(), *sun, adds);
         }
     }
-    // A bare model's: nobody has said another.
-    if was_exposed {
+    fit_to_light(scene);
+    Ok(())
+}
+
+/// Exposes a bare model anew for the light that it stands in, and makes its emission shares of that, where nobody has said either. Needs the feature
+/// `readers`.
+pub fn fit_to_light(scene: &mut Scene) {
+    if scene.fitted.is_bare && !scene.fitted.studio {
         meter(scene);
         tell_faint(scene);
     }
     if scene.fitted.white.is_some() {
         fit_emission(scene);
     }
-    Ok(())
 }
 
 /// Stops between light of all and of a sky that changes nothing to see beside it: a fiftieth.

@@ -10,7 +10,7 @@ mod studio;
 
 pub use atmosphere::Atmosphere;
 #[cfg(feature = "readers")]
-pub use choice::{SkyChoice, put_atmosphere, put_sky};
+pub use choice::{SkyChoice, fit_to_light, put_atmosphere, put_sky};
 pub use cube::{CubeLevel, FACES, SkyCube, face_direction};
 #[cfg(feature = "readers")]
 pub use read::{read_faces, read_panorama};

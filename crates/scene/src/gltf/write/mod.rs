@@ -30,7 +30,7 @@ use serde_json::{Map, Value, json};
 use self::binary::Binary;
 use self::materials::MaterialTable;
 use self::nodes::NodeWriter;
-use crate::{Environment, Error, SETTINGS, Scene, SettingsPatch, exposure_scale, luminance};
+use crate::{Environment, Error, SETTINGS, Scene, SettingsPatch, drop_fitted_light, exposure_scale, luminance};
 
 /// The picture's data in the file, besides the scene.
 #[derive(Debug, Clone)]
@@ -70,7 +70,10 @@ pub fn write(scene: Scene, shot: &ExportedView) -> Result<Exported, Error> {
             scene.name, shot.size[0], shot.size[1]
         )));
     }
-    let is_dark = scene.lights.is_empty() && scene.sky.is_none();
+    // Whoever opens the file fits light to it again.
+    let mut scene = scene;
+    let is_fitted = drop_fitted_light(&mut scene);
+    let is_dark = !is_fitted && scene.lights.is_empty() && scene.sky.is_none();
     let (mut scene, left_out) = expressible::expressible(scene);
     scene.settings =
         SettingsPatch { exposure: shot.settings.exposure.or(Some(shot.exposure)), ..shot.settings.clone() };

@@ -334,6 +334,22 @@ fn settings_that_were_said_are_read_and_a_dark_scene_stays_dark() {
 }
 
 #[test]
+fn fitted_light_and_its_ground_are_left_out_and_fitted_again() {
+    let mut scene = Scene { lights: Vec::new(), ..row(vec![plain("one")]) };
+    let objects = scene.objects.len();
+    crate::add_studio(&mut scene);
+    assert_eq!((scene.objects.len(), scene.lights.len()), (objects + 1, 1));
+    let exported = write(scene, &shot()).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!((exported.scene.objects.len(), exported.scene.lights.len()), (objects, 0));
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("scene.glb");
+    std::fs::write(&file, &exported.bytes).expect("written");
+    let read = crate::open(&file.to_string_lossy(), &crate::OpenOptions::default()).expect("a scene");
+    assert!(read.fitted.light && read.fitted.ground.is_some() && read.sky.is_some());
+    assert_eq!((read.model_objects().count(), read.lights.len()), (objects, 1));
+}
+
+#[test]
 fn a_lambert_surface_is_a_dielectric_that_reflects_nothing() {
     let exported = exported(row(vec![Material { brdf: Brdf::Lambert, metallic: 0.5, ..plain("chalk") }]));
     assert_eq!(exported.left_out, Vec::<String>::new());

@@ -39,7 +39,7 @@ impl Settings {
 }
 
 impl SettingsPatch {
-    /// The same where surfaces hide light from each other within so many metres, unless it says something of that.
+    /// Adds ambient occlusion within so many metres, unless the settings say something of it.
     #[must_use]
     pub(crate) fn hiding_within(self, metres: f64) -> Self {
         let radius = (metres as f32).clamp(0.001, 1000.0);
@@ -47,10 +47,13 @@ impl SettingsPatch {
         self.or(&usual)
     }
 
-    /// The same with nothing said of that.
+    /// Takes back what [`SettingsPatch::hiding_within`] has added; another kind of occlusion stays.
     #[must_use]
     pub(crate) fn without_hiding(self) -> Self {
-        Self { ao: None, ao_radius: None, ..self }
+        match self.ao {
+            Some(AmbientOcclusion::Bitmask) => Self { ao: None, ao_radius: None, ..self },
+            _ => self,
+        }
     }
 }
 
