@@ -1,12 +1,12 @@
 // AMBIENT: light from everywhere on every pixel that has a surface, added to what LIGHTING wrote, in its subpass and as it draws: where the sky lights
 // the scene, so that LIGHTING knows nothing of skies.
 // always: SKY_LIGHT
-// variants: MATERIAL SPECULAR POSITION NORMAL_UINT MSAA PER_SAMPLE
+// variants: MATERIAL SPECULAR POSITION NORMAL_UINT MSAA PER_SAMPLE SHADOW
 // requires: PER_SAMPLE -> MSAA
 // excludes: MSAA NORMAL_UINT
 // requires: SPECULAR -> MATERIAL
 // precise
-// counts: 24; with MATERIAL 16, SPECULAR 8, POSITION 12, NORMAL_UINT 6, MSAA 12, PER_SAMPLE 6
+// counts: 48; with MATERIAL 32, SPECULAR 16, POSITION 24, NORMAL_UINT 12, MSAA 24, PER_SAMPLE 12, SHADOW 24
 #import afterlight::frame::{frame}
 #import afterlight::screen::{screen_corner}
 #import afterlight::gbuffer::{load_texel}
@@ -25,6 +25,8 @@ override BRDF: u32 = 0u;
 override METAL: bool = true;
 override NORMAL_ENCODING: u32 = 0u;
 override GEOMETRIC_STEPS: f32 = 255.0;
+// The filter of shadow maps.
+override SHADOW_FILTER: u32 = 2u;
 // There is light of the half-spheres.
 override AMBIENT: bool = true;
 // Largest value that the target holds.
@@ -42,7 +44,7 @@ fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
 
 // The light of a pixel, or of one of its samples.
 fn shade(pixel: vec2<f32>) -> vec4<f32> {
-    let model = Model(BRDF, 0u, 0u, false, false, 0u, false);
+    let model = Model(BRDF, 0u, 0u, false, false, SHADOW_FILTER, false);
     var texel = load_texel(pixel, NORMAL_ENCODING, GEOMETRIC_STEPS);
     texel.albedo = select(texel.albedo, vec3(1.0), LIGHT_ONLY);
     texel.metallic = select(0.0, texel.metallic, METAL && !LIGHT_ONLY);

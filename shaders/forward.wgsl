@@ -3,10 +3,10 @@
 // requires: NORMAL_MAP -> TEXTURED
 // requires: UNIFORM_BUFFER -> LIGHTS
 // requires: CLUSTERED -> LIGHTS
-// requires: SHADOW -> LIGHTS
+// requires: SHADOW -> LIGHTS | SKY_LIGHT
 // excludes: SKY_LIGHT UNIFORM_BUFFER
 // precise
-// counts: 168; with TEXTURED 112, NORMAL_MAP 56, EXTRAS 84, LIGHTS 144, UNIFORM_BUFFER 48, CLUSTERED 72, SHADOW 72, WEIGHTED 84, SKY_LIGHT 60
+// counts: 180; with TEXTURED 120, NORMAL_MAP 60, EXTRAS 90, LIGHTS 144, UNIFORM_BUFFER 48, CLUSTERED 72, SHADOW 84, WEIGHTED 90, SKY_LIGHT 72
 #import afterlight::frame::{frame, view_ray, ORTHOGRAPHIC}
 #import afterlight::encodings::{encode_shininess}
 #import afterlight::brdf::{coat_share, usual_dielectric, Dielectric, Surface}

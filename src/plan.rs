@@ -53,7 +53,7 @@ pub use output::{Encoding, HDR, OUTPUT_PLAIN, OUTPUT_SRGB, PresentTarget, ToneMa
 pub use parts::{Part, PartGroup};
 pub use reasons::Reasons;
 pub use shading::Shading;
-pub use shadows::{MapProjection, ShadowLight, ShadowPlan, Tile};
+pub use shadows::{MapProjection, ShadowLight, ShadowPlan, SkyShadows, Tile};
 pub use surfaces::{
     DeformPlan, EffectiveMaterials, Extras, ForwardKey, GeometryKey, IndexWidth, MeshPlan, NumberedMesh, Opacity,
     PlannedBrdf, PlannedDeform, PlannedLevel, PlannedMesh, PlannedTexture, SetSamplers, Streams, TextureMask,
@@ -237,6 +237,11 @@ impl FramePlan {
     /// Returns true if LIGHTING blends over the content of its target.
     pub fn blends_light(&self) -> bool {
         self.emissive || self.adds_lights() || self.effects.add_light(self.light_path)
+    }
+
+    /// Returns true if lights have shadow maps, or code for them is kept; the sky may have some besides.
+    pub(crate) fn has_light_maps(&self) -> bool {
+        self.shadow.as_ref().is_some_and(|shadow| shadow.sky.is_none() || !shadow.lights.is_empty())
     }
 
     /// Returns true if a directional light has shadow maps. lavapipe runs both sides of every branch, so that a lookup which no light needs is left out

@@ -166,9 +166,12 @@ impl Visible {
             boxes.extend(world.emitter_boxes(plan));
             boxes.extend(in_air.then(|| world.air_around(camera)));
             add_cascades(&mut shadows, world, shadow, camera, aspect, &boxes);
+            let looked_up = |view: &Arc<ShadowView>| receivers.as_ref().is_none_or(|seen| seen.look_into(view));
+            for view in &mut shadows[shadow.sky_views()] {
+                *view = view.take().filter(looked_up);
+            }
             for light in &shadow.lights {
                 let is_lit = active.lights.binary_search(&light.light).is_ok();
-                let looked_up = |view: &Arc<ShadowView>| receivers.as_ref().is_none_or(|seen| seen.look_into(view));
                 for view in &mut shadows[light.first_view..light.first_view + light.projection.views()] {
                     *view = view.take().filter(|view| is_lit && looked_up(view));
                 }

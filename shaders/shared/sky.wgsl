@@ -2,6 +2,11 @@
 #define_import_path afterlight::sky
 #import afterlight::frame::{frame, to_sky}
 #import afterlight::brdf::{Surface, COOK_TORRANCE, MIN_ROUGHNESS, PI}
+#import afterlight::texel::{Texel}
+#ifdef SHADOW
+#import afterlight::brdf::{ggx_lobe, half_vector, smith_root}
+#import afterlight::shadows::{shadow_views, visibility_in}
+#endif
 
 // Radiance mirrored by a lobe about a direction: level 0 of a mirror, the last of a roughness of 1. In units of frame.sky_scale.
 @group(0) @binding(7) var sky_lobe: texture_cube<f32>;
@@ -13,6 +18,8 @@
 
 // Levels of sky_lobe beyond the first.
 const ROUGHEST_LEVEL: f32 = 5.0; // host
+// The most directions that a frame draws from the sky.
+const SKY_DIRECTIONS: u32 = 32u; // host
 
 // The direction in which a lobe of this alpha looks most: between the mirrored view and the normal (Lagarde and de Rousiers, "Moving Frostbite to
 // Physically Based Rendering", 2014, listing 21).
@@ -50,14 +57,84 @@ fn collected(surface: Surface, perceptual_roughness: f32) -> Collected {
     return own;
 }
 
-// A surface's reflection of the sky, in nits, all of which arrives. The base gets the light that the lobe leaves: together they reflect all of an
+#ifdef SHADOW
+// The directions that the sky's light arrives from in this frame, each with a shadow map from the first on; 0 where nothing hides any of it.
+override SKY_SHADOWS: u32 = 0u;
+override SKY_MAP: u32 = 0u;
+// Lobes of mirrored light hide with the surface, too; else reflections on the screen say what stands before them.
+override SKY_LOBE_SHADOWS: bool = true;
+
+// The least alpha squared by which directions are weighted for a lobe. A narrower lobe has none in it, and takes those nearest to it.
+const WIDEST_OF_NARROW: f32 = 0.01;
+
+// One of them: src/gpu_scene/sky.rs has the same record.
+struct SkyDirection {
+    // Unit vector.
+    to_light: vec3<f32>,
+    // Light on a surface that faces it; the mean of all directions over all frames is the sky.
+    lux: vec3<f32>,
+}
+
+@group(0) @binding(11) var<uniform> sky_directions: array<SkyDirection, SKY_DIRECTIONS>;
+
+// What arrives of the sky's light.
+struct Arrived {
+    // By the cosine: the light that a white lambert surface reflects, in nits.
+    base: vec3<f32>,
+    // The share of a lobe.
+    lobe: f32,
+}
+
+// The base is an estimate without bias, whose mean over frames is the integral. A lobe may be far narrower than the directions lie apart, so that their sum would be
+// dark in one frame and far too bright in another: of it only the share that is hidden is estimated, and the light is that of the prefiltered sky.
+fn arrived(surface: Surface, brdf: u32, texel: Texel, shadow_filter: u32) -> Arrived {
+    var base = vec3(0.0);
+    var weights = 0.0;
+    var met = 0.0;
+    let alpha_squared = max(surface.alpha_squared, WIDEST_OF_NARROW);
+    for (var i = 0u; i < SKY_SHADOWS; i++) {
+        let own = sky_directions[i];
+        let n_dot_l = dot(surface.normal, own.to_light);
+        if n_dot_l <= 0.0 {
+            continue;
+        }
+        var seen = 1.0;
+        if texel.receives {
+            seen = visibility_in(shadow_views[SKY_MAP + i], texel.position, texel.geometric_normal, shadow_filter);
+        }
+        base += own.lux * (n_dot_l * seen);
+        if brdf == COOK_TORRANCE && SKY_LOBE_SHADOWS {
+            let smith = n_dot_l * surface.smith_v + surface.n_dot_v * smith_root(n_dot_l, alpha_squared);
+            let half = half_vector(own.to_light + surface.view).direction;
+            let weight = ggx_lobe(surface.normal, half, alpha_squared, smith) * n_dot_l * dot(own.lux, vec3(1.0));
+            weights += weight;
+            met += weight * seen;
+        }
+    }
+    return Arrived(base / PI, select(1.0, met / weights, weights > 0.0));
+}
+#endif
+
+// A surface's reflection of the sky, in nits. The base gets the light that the lobe leaves: together they reflect all of an
 // even sky where nothing is absorbed. The Phong models' lobes have no share, as of other ambient light.
-fn sky_light(surface: Surface, brdf: u32, perceptual_roughness: f32) -> vec3<f32> {
+fn sky_light(surface: Surface, brdf: u32, texel: Texel, shadow_filter: u32) -> vec3<f32> {
     let diffuse = surface.diffuse * PI;
+#ifdef SHADOW
+    if SKY_SHADOWS > 0u {
+        let there = arrived(surface, brdf, texel, shadow_filter);
+        if brdf != COOK_TORRANCE {
+            return diffuse * there.base;
+        }
+        let own = collected(surface, texel.roughness);
+        let around = select(own.base * frame.sky_scale, there.base, SKY_LOBE_SHADOWS);
+        let mirrored = own.single * own.lobe * (there.lobe * frame.sky_scale) + own.again * around;
+        return mirrored + diffuse * (vec3(1.0) - own.single - own.again) * there.base;
+    }
+#endif
     if brdf != COOK_TORRANCE {
         return diffuse * textureSampleLevel(sky_base, sky_sampler, to_sky(surface.normal), 0.0).rgb * frame.sky_scale;
     }
-    let own = collected(surface, perceptual_roughness);
+    let own = collected(surface, texel.roughness);
     return (own.single * own.lobe + (own.again + diffuse * (vec3(1.0) - own.single - own.again)) * own.base) * frame.sky_scale;
 }
 

@@ -3,17 +3,18 @@
 use std::sync::Arc;
 
 use ash::vk;
+use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use half::f16;
 use rayon::prelude::*;
 
 use crate::gpu::{
-    self, Device, Image, ImageDesc, Location, MemoryKind, Owned, OwnedSampler, SetLayoutBinding, SetWriter, Uploader,
+    self, Buffer, Device, Image, ImageDesc, Location, MemoryKind, Owned, OwnedSampler, SetLayoutBinding, SetWriter, Uploader,
     binding, sync::Use,
 };
 use crate::plan::{FramePlan, SkyPlan, effects};
-use crate::scene::{FACES, Sky, SkyCube};
-use crate::shaders::shared::sky::ROUGHEST_LEVEL;
+use crate::scene::{FACES, Sky, SkyCube, SkyDirection};
+use crate::shaders::shared::sky::{ROUGHEST_LEVEL, SKY_DIRECTIONS};
 
 /// Half floats blend, filter and can be stored to everywhere.
 const FORMAT: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
@@ -35,6 +36,7 @@ const LOBE: u32 = 7;
 const BASE: u32 = 8;
 const TABLE: u32 = 9;
 const SAMPLER: u32 = 10;
+const DIRECTIONS: u32 = 11;
 
 /// A sky's images.
 pub struct SkyMaps {
@@ -154,5 +156,64 @@ pub(super) fn bindings(plan: &FramePlan) -> Vec<SetLayoutBinding> {
     images
         .map(|(index, _)| binding(index, vk::DescriptorType::SAMPLED_IMAGE, stages))
         .chain([binding(SAMPLER, vk::DescriptorType::SAMPLER, stages)])
+        .chain(has_directions(plan).then(|| {
+            binding(DIRECTIONS, vk::DescriptorType::UNIFORM_BUFFER, vk::ShaderStageFlags::FRAGMENT)
+        }))
         .collect()
+}
+
+/// `SkyDirection` of `shaders/shared/sky.wgsl`.
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct DirectionRecord {
+    to_light: Vec3,
+    _padding: f32,
+    lux: Vec3,
+    _end: f32,
+}
+
+const _: () = {
+    use crate::shaders::ambient::structs::sky_direction as wgsl;
+    use std::mem::offset_of;
+    assert!(size_of::<DirectionRecord>() == wgsl::SIZE);
+    assert!(offset_of!(DirectionRecord, to_light) == wgsl::TO_LIGHT);
+    assert!(offset_of!(DirectionRecord, lux) == wgsl::LUX);
+};
+
+/// Returns true if shaders that look up the sky's light name its directions, be there none: surfaces that are lit as they are drawn share their code with frames
+/// that have some.
+fn has_directions(plan: &FramePlan) -> bool {
+    plan.is_lit_by_sky() && plan.shadow.is_some()
+}
+
+/// A frame's directions of the sky.
+pub(super) struct DirectionBuffer(Buffer);
+
+impl DirectionBuffer {
+    /// None where no shader names them.
+    pub fn new(device: &Arc<Device>, frame: usize, plan: &FramePlan) -> gpu::Result<Option<Self>> {
+        let size = (SKY_DIRECTIONS as usize * size_of::<DirectionRecord>()) as u64;
+        let name = format!("sky directions of frame {frame}");
+        let buffer = || {
+            let usage = vk::BufferUsageFlags::UNIFORM_BUFFER;
+            Buffer::new(device, &name, size, usage, Location::Upload, MemoryKind::Uniform).map(Self)
+        };
+        has_directions(plan).then(buffer).transpose()
+    }
+
+    /// Writes its part of set 0.
+    pub fn bind(&self, writer: SetWriter) -> SetWriter {
+        writer.uniform_buffer(DIRECTIONS, &self.0, self.0.size)
+    }
+
+    /// Writes the directions that light the next frame.
+    pub fn write(&self, directions: &[SkyDirection]) -> gpu::Result<()> {
+        let record = |own: &SkyDirection| DirectionRecord {
+            to_light: own.to_light.as_vec3(),
+            lux: own.lux,
+            ..DirectionRecord::zeroed()
+        };
+        let records: Vec<_> = directions.iter().map(record).collect();
+        if records.is_empty() { Ok(()) } else { self.0.write(0, &records) }
+    }
 }

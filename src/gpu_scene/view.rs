@@ -7,6 +7,7 @@ use bytemuck::Pod;
 use glam::{Vec3, Vec4};
 
 use super::records::{FrameUniform, LightRecord, VolumeData};
+use super::sky::DirectionBuffer;
 use super::{SkyMaps, air};
 use crate::gpu::{self, Buffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter, binding};
 use crate::plan::{FramePlan, Reach};
@@ -65,6 +66,7 @@ pub struct ViewBuffers {
     /// By binding.
     lists: Vec<(u32, Buffer)>,
     uv_maps: Option<Buffer>,
+    sky_directions: Option<DirectionBuffer>,
     index: usize,
     pub set: vk::DescriptorSet,
     _pool: DescriptorPool,
@@ -106,7 +108,7 @@ impl ViewBuffers {
             rows => Some(buffer("UV maps", rows * size_of::<[Vec4; 2]>(), vk::BufferUsageFlags::STORAGE_BUFFER)?),
         };
         let kinds = [
-            (vk::DescriptorType::UNIFORM_BUFFER, 2),
+            (vk::DescriptorType::UNIFORM_BUFFER, 3),
             (vk::DescriptorType::STORAGE_BUFFER, 5 + u32::from(air::bindings(plan).is_some())),
             (vk::DescriptorType::SAMPLED_IMAGE, if sky.is_some() { 4 } else { 0 }),
             (vk::DescriptorType::SAMPLER, u32::from(sky.is_some())),
@@ -130,8 +132,12 @@ impl ViewBuffers {
         if let (Some(sky), Some(planned)) = (sky, &plan.effects.sky) {
             writer = sky.write(planned, writer);
         }
+        let sky_directions = DirectionBuffer::new(device, index, plan)?;
+        if let Some(directions) = &sky_directions {
+            writer = directions.bind(writer);
+        }
         writer.update(device, set);
-        Ok(Self { uniform, lights, lists, uv_maps, index, set, _pool: pool })
+        Ok(Self { uniform, lights, lists, uv_maps, sky_directions, index, set, _pool: pool })
     }
 
     /// The mapping of each texture onto its mesh, where some texture's differs from the mesh's own.
@@ -153,6 +159,9 @@ impl ViewBuffers {
         self.uniform.write(0, std::slice::from_ref(uniform))?;
         if let Some(uv_maps) = &self.uv_maps {
             uv_maps.write(0, &uv_rows(world, plan))?;
+        }
+        if let Some(directions) = &self.sky_directions {
+            directions.write(&world.sky_directions)?;
         }
         if let Some(lights) = &self.lights {
             let record = |&light: &usize| LightRecord::of(&world.lights[light], world.shadow_codes[light], camera);

@@ -6,13 +6,16 @@ use ash::vk;
 
 use super::screen::{InputDescriptor, InputSet, Screen, ScreenDesc, add};
 use super::{
-    FrameContext, Making, Pass, PassName, PassRecorder, Presence, Resource, ResourceUse, SetLayouts, Slot, frame_data,
-    needed,
+    FrameContext, Making, Pass, PassName, PassRecorder, Presence, Resource, ResourceUse, SAMPLED, SetLayouts, Slot,
+    frame_data, maps, needed,
 };
-use crate::gpu::{self, Device};
+use crate::gpu::{self, Device, sync::Use};
 use crate::gpu_scene::SKY_READ;
 use crate::plan::{FramePlan, Shading};
 use crate::shaders::ambient::{self as shader, Flags, constants};
+
+/// Looks up the shadow maps of the sky's light.
+pub const MAP_READ: Use = SAMPLED;
 
 pub const PASS: Pass = Pass {
     place: PassName::pass("AMBIENT"),
@@ -25,7 +28,10 @@ pub const PASS: Pass = Pass {
         _ => Presence::Out("this view is not lit".into()),
     },
     // It draws into the attachments of the pass before it.
-    touches: |_| vec![frame_data(), ResourceUse::resource(Resource::SkyLight, SKY_READ)],
+    touches: |plan| {
+        let maps = if plan.has_sky_shadows() { maps(plan, MAP_READ) } else { None };
+        [frame_data(), ResourceUse::resource(Resource::SkyLight, SKY_READ)].into_iter().chain(maps).collect()
+    },
     leave_out: Some(|settings| settings.sky_light = false),
     make: Some(|own| Ok(Box::new(AmbientPass::new(own.device, own.plan, own.slot()?, own.layouts, &own.inputs())?))),
 };
@@ -35,6 +41,8 @@ pub struct AmbientPass {
     /// As LIGHTING's.
     screens: Vec<Screen>,
     pub inputs: InputSet,
+    /// The sky's light has shadow maps.
+    shadows: bool,
 }
 
 impl AmbientPass {
@@ -47,7 +55,8 @@ impl AmbientPass {
         inputs: &[InputDescriptor],
     ) -> gpu::Result<Self> {
         let inputs = InputSet::new(device, "G-buffer inputs of AMBIENT", inputs)?;
-        let set_layouts = [layouts.frame, inputs.set_layout.raw];
+        let shadows = layouts.shadows.filter(|_| plan.has_sky_shadows());
+        let set_layouts: Vec<_> = [layouts.frame, inputs.set_layout.raw].into_iter().chain(shadows).collect();
         let screen = |name, flags| {
             let shader = needed("ambient", shader::variant, flags)?;
             let constants = &constants_of(plan);
@@ -59,14 +68,15 @@ impl AmbientPass {
         if plan.msaa > 1 {
             screens.push(screen("ambient by sample", flags(plan) | Flags::PER_SAMPLE)?);
         }
-        Ok(Self { screens, inputs })
+        Ok(Self { screens, inputs, shadows: shadows.is_some() })
     }
 }
 
 impl PassRecorder for AmbientPass {
     /// Adds the light. Runs inside LIGHTING's subpass, after all other light.
     fn record(&self, recording: &FrameContext) {
-        let sets = [(0, recording.frame_set), (1, self.inputs.set)];
+        let mut sets = vec![(0, recording.frame_set), (1, self.inputs.set)];
+        sets.extend(recording.shadow_set.filter(|_| self.shadows).map(|set| (2, set)));
         self.screens.iter().for_each(|screen| screen.record(recording, &sets));
     }
 
@@ -77,12 +87,12 @@ impl PassRecorder for AmbientPass {
 
 /// Returns the shader variant of a plan.
 pub(crate) fn flags(plan: &FramePlan) -> Flags {
-    gbuffer_flags!(plan) | Flags::MSAA.when(plan.msaa > 1)
+    gbuffer_flags!(plan) | Flags::MSAA.when(plan.msaa > 1) | Flags::SHADOW.when(plan.has_sky_shadows())
 }
 
 fn constants_of(plan: &FramePlan) -> Vec<(u32, u32)> {
     let gbuffer = plan.gbuffer.as_ref();
-    vec![
+    let own = [
         (constants::BRDF, plan.brdf.constant()),
         (constants::METAL, u32::from(plan.metal)),
         (constants::REFLECTANCE, u32::from(plan.reflectance)),
@@ -94,5 +104,7 @@ fn constants_of(plan: &FramePlan) -> Vec<(u32, u32)> {
         (constants::SAMPLES, plan.msaa),
         // LIGHTING has them.
         (constants::AMBIENT, 0),
-    ]
+        (constants::SHADOW_FILTER, plan.shadow.as_ref().map_or(0, |shadow| shadow.filter as u32)),
+    ];
+    [&own[..], &sky_constants!(plan)].concat()
 }

@@ -7,7 +7,7 @@ use ash::vk;
 use super::screen::{InputDescriptor, InputSet, Screen, ScreenDesc, add, replace};
 use super::{
     COLOR_BLEND, COLOR_WRITE, ContentsIfFirst, DEPTH_COMPARE, FrameContext, INPUT_READ, Making, Pass, PassName,
-    PassRecorder, Presence, ResourceUse, SAMPLED, SetLayouts, Slot, frame_data, gbuffer_inputs, maps, needed,
+    PassRecorder, Presence, ResourceUse, SAMPLED, SetLayouts, Slot, frame_data, gbuffer_inputs, light_maps, needed,
 };
 use crate::gpu::{self, Device, sync::Use};
 use crate::plan::{FramePlan, Shading, ToneMapping};
@@ -59,7 +59,7 @@ fn touches(plan: &FramePlan) -> Vec<ResourceUse> {
         );
     }
     touches.push(frame_data());
-    touches.extend(maps(plan, MAP_READ));
+    touches.extend(light_maps(plan, MAP_READ));
     touches
 }
 
@@ -136,7 +136,7 @@ pub(crate) fn flags(plan: &FramePlan) -> Flags {
         | Flags::UNIFORM_BUFFER.when(plan.lights.any() && plan.lights.uniform)
         | Flags::CLUSTERED.when(plan.lights_by_clusters())
         | Flags::BY_FOURS.when(plan.lights.by_fours)
-        | Flags::SHADOW.when(plan.shadow.is_some())
+        | Flags::SHADOW.when(plan.has_light_maps())
         | gbuffer_flags!(plan)
         | Flags::MSAA.when(plan.msaa > 1)
 }

@@ -35,6 +35,18 @@ macro_rules! light_constants {
     }};
 }
 
+/// The constants of every shader that looks up the sky's light beside shadow maps. `constants` are the shader's own ids.
+macro_rules! sky_constants {
+    ($plan:expr) => {{
+        let sky = $plan.shadow.as_ref().and_then(|shadow| shadow.sky);
+        [
+            (constants::SKY_SHADOWS, sky.map_or(0, |sky| sky.count)),
+            (constants::SKY_MAP, sky.map_or(0, |sky| sky.first_view as u32)),
+            (constants::SKY_LOBE_SHADOWS, u32::from($plan.effects.reflections.is_none())),
+        ]
+    }};
+}
+
 pub mod aberration;
 pub mod air;
 pub mod ambient;
@@ -197,6 +209,11 @@ fn maps(plan: &FramePlan, uses: Use) -> Option<ResourceUse> {
     plan.shadow
         .as_ref()
         .map(|_| ResourceUse::resource(Resource::ShadowMaps, uses).because("loads any texel of the shadow maps"))
+}
+
+/// Looks up the shadow maps of lights, where they have some.
+fn light_maps(plan: &FramePlan, uses: Use) -> Option<ResourceUse> {
+    if plan.has_light_maps() { maps(plan, uses) } else { None }
 }
 
 /// Looks up the light that surfaces collect of the sky, where it lights them.

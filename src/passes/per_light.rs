@@ -151,7 +151,7 @@ impl PassRecorder for PerLightPass {
 pub(crate) fn flags(plan: &FramePlan) -> Flags {
     Flags::VOLUME.when(plan.light_path == LightPath::Volumes)
         | Flags::UNIFORM_BUFFER.when(plan.lights.uniform)
-        | Flags::SHADOW.when(plan.shadow.is_some())
+        | Flags::SHADOW.when(plan.has_light_maps())
         | gbuffer_flags!(plan)
 }
 

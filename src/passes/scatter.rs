@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::{
-    FrameContext, Pass, PassName, PassRecorder, Presence, Resource, ResourceUse, SetLayouts, air, frame_data, maps,
+    FrameContext, Pass, PassName, PassRecorder, Presence, Resource, ResourceUse, SetLayouts, air, frame_data, light_maps,
     needed,
 };
 use crate::gpu::{
@@ -29,7 +29,7 @@ pub const PASS: Pass = Pass {
     presence: |plan| Presence::of(plan.froxels(), plan.lack_of_froxels()),
     touches: |plan| {
         let light = ResourceUse::resource(air::LIGHT, LIGHT_WRITE).because("writes the light of each froxel");
-        [frame_data(), light].into_iter().chain(maps(plan, MAP_READ)).collect()
+        [frame_data(), light].into_iter().chain(light_maps(plan, MAP_READ)).collect()
     },
     leave_out: Some(|settings| settings.fog = Fog::Height),
     make: Some(|own| {
@@ -105,7 +105,7 @@ impl PassRecorder for ScatterPass {
 
 /// Returns the shader variant of a plan.
 pub(crate) fn flags(plan: &FramePlan) -> Flags {
-    Flags::SHADOW.when(plan.shadow.is_some())
+    Flags::SHADOW.when(plan.has_light_maps())
 }
 
 fn constants_of(plan: &FramePlan, planned: &FroxelPlan) -> Vec<(u32, u32)> {

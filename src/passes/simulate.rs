@@ -6,7 +6,7 @@ use ash::vk;
 use bytemuck::{Pod, Zeroable};
 
 use super::{
-    FrameContext, Pass, PassName, PassRecorder, Presence, Resource, ResourceUse, SetLayouts, frame_data, maps, needed,
+    FrameContext, Pass, PassName, PassRecorder, Presence, Resource, ResourceUse, SetLayouts, frame_data, light_maps, needed,
 };
 use crate::gpu::{
     self, Buffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter, ShaderStage, binding,
@@ -28,7 +28,7 @@ pub const PASS: Pass = Pass {
     presence: |plan| Presence::of(plan.effects.particles.as_ref(), "no particles are drawn"),
     touches: |plan| {
         let states = ResourceUse::resource(Resource::Buffers(PARTICLES), STATE_WRITE).because("writes states and keys");
-        [frame_data(), states].into_iter().chain(maps(plan, MAP_READ)).collect()
+        [frame_data(), states].into_iter().chain(light_maps(plan, MAP_READ)).collect()
     },
     leave_out: None,
     make: Some(|own| {
@@ -199,6 +199,6 @@ impl PassRecorder for SimulatePass {
 /// Returns the shader variant of a plan.
 pub(crate) fn flags(plan: &FramePlan) -> Flags {
     Flags::LIGHTS.when(plan.lights.any())
-        | Flags::SHADOW.when(plan.shadow.is_some())
+        | Flags::SHADOW.when(plan.has_light_maps())
         | Flags::SORTED.when(plan.sorts_particles())
 }

@@ -420,5 +420,6 @@ fn lit_constants(plan: &FramePlan, key: GeometryKey, desc: &LitDesc) -> Vec<(u32
     .into_iter()
     // Before opaque surfaces the air is drawn by itself.
     .chain(air_constants!(plan, opacity != Opacity::Hides))
+    .chain(sky_constants!(plan))
     .collect()
 }

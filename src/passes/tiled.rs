@@ -11,7 +11,7 @@ use super::curves::encode_srgb;
 use super::spirv::with_lengths;
 use super::{
     FrameContext, Making, Pass, PassName, PassRecorder, Presence, Resource, ResourceUse, SetLayouts, frame_data,
-    gbuffer_inputs, maps,
+    gbuffer_inputs, light_maps,
 };
 use crate::gpu::{
     self, DescriptorPool, Device, Owned, SetLayout, SetWriter, ShaderStage, binding, compute_pipeline, pipeline_layout,
@@ -56,7 +56,7 @@ pub const PASS: Pass = Pass {
             ResourceUse::storage(OUTPUT, Target::Output, OUTPUT_WRITE).because("writes every pixel of the picture"),
             frame_data(),
         ];
-        stored.chain(others).chain(maps(plan, MAP_READ)).chain(looked_up(plan)).collect()
+        stored.chain(others).chain(light_maps(plan, MAP_READ)).chain(looked_up(plan)).collect()
     },
     leave_out: None,
     make: Some(|own| {
@@ -244,7 +244,7 @@ fn bound(
 /// Returns the shader variant of a plan.
 pub(crate) fn flags(plan: &FramePlan) -> Flags {
     Flags::UNIFORM_BUFFER.when(plan.lights.uniform)
-        | Flags::SHADOW.when(plan.shadow.is_some())
+        | Flags::SHADOW.when(plan.has_light_maps())
         | gbuffer_flags!(plan)
         | Flags::EMISSIVE.when(plan.emissive)
         | Flags::MSAA.when(plan.msaa > 1)

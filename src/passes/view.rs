@@ -7,7 +7,7 @@ use ash::vk;
 use super::screen::{InputDescriptor, InputSet, Screen, ScreenDesc, replace};
 use super::{
     COLOR_WRITE, ContentsIfFirst, DEPTH_COMPARE, FrameContext, INPUT_READ, Making, Pass, PassName, PassRecorder,
-    Presence, ResourceUse, SAMPLED, SetLayouts, Slot, frame_data, gbuffer_inputs, maps, needed,
+    Presence, ResourceUse, SAMPLED, SetLayouts, Slot, frame_data, gbuffer_inputs, light_maps, needed,
 };
 use crate::gpu::{self, Device, SetLayout, sync::Use};
 use crate::plan::{FramePlan, Gbuffer, Shading, Target, effects};
@@ -49,7 +49,7 @@ fn touches(plan: &FramePlan) -> Vec<ResourceUse> {
         );
     }
     touches.push(frame_data());
-    touches.extend(maps(plan, MAP_READ));
+    touches.extend(light_maps(plan, MAP_READ));
     touches
 }
 

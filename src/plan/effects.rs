@@ -25,6 +25,8 @@ pub mod types {
     pub use super::taa::{TAA_MEAN, TaaPlan, VECTORS, Vectors};
 }
 
+pub(super) use sky::sky_directions;
+
 use std::borrow::Cow;
 
 use super::effect::{Effect, EffectRequest, EffectView, Hdr, LightReaders, LitAir, Shows, Variation};

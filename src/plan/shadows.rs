@@ -1,8 +1,10 @@
 //! Shadow maps: the lights that have some, and the maps' places in the atlas. Both depend on the scene alone; the view of each map is worked out for
 //! a frame (`src/visible/shadows/views.rs`).
 
+use std::ops::Range;
+
 use super::lights::LightOrder;
-use super::{Capabilities, PlanError, Shading};
+use super::{Capabilities, PlanError, Shading, effects};
 use crate::scene::{CastsShadow, Light, Scene, Settings, ShadowFilter, ShadowProjection, ShadowSettings, luminance};
 use crate::shaders::shared::shadows as wgsl;
 
@@ -65,6 +67,15 @@ pub struct ShadowLight {
     pub projection: MapProjection,
 }
 
+/// The maps of a sky's light: one for each direction that a frame draws from it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SkyShadows {
+    /// The first map: an index into [`ShadowPlan::tiles`].
+    pub first_view: usize,
+    /// The number of directions, and of maps.
+    pub count: u32,
+}
+
 /// The maps of all frames: a layered image, and the lights' parts of it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ShadowPlan {
@@ -78,6 +89,8 @@ pub struct ShadowPlan {
     pub clamp: bool,
     /// The most important first.
     pub lights: Vec<ShadowLight>,
+    /// Of directions of the sky, where it lights with shadows.
+    pub sky: Option<SkyShadows>,
     /// Of each map.
     pub tiles: Vec<Tile>,
 }
@@ -92,16 +105,21 @@ impl ShadowPlan {
         lights: &LightOrder,
     ) -> Result<(Option<Self>, Vec<String>), PlanError> {
         let is_shown = shading == Shading::ShowShadowMap;
+        let directions = match shading {
+            Shading::Light { .. } => effects::sky_directions(scene, settings),
+            _ => 0,
+        };
         match shadow_reason(scene, settings, &lights.order) {
             Err(why) if is_shown => return Err(PlanError::NoShadowMap(why)),
             Ok(()) if is_shown || shading.is_lit() => {}
+            _ if directions > 0 => {}
             _ => return Ok((None, Vec::new())),
         }
         let size = settings.shadows.size;
         if size == 0 || size > device.max_extent {
             return Err(PlanError::ShadowSize(size, device.max_extent));
         }
-        let (plan, warnings) = Self::of(scene, settings, lights, device);
+        let (plan, warnings) = Self::of(scene, settings, (lights, directions), device);
         if plan.is_none() && is_shown {
             return Err(PlanError::NoShadowMap(warnings.join("; ")));
         }
@@ -109,11 +127,11 @@ impl ShadowPlan {
     }
 
     /// Gives maps to the lights that ask for one, the most important first, until the budget is spent. The second part names
-    /// those that go without, or with fewer cascades than they should have, and says why.
+    /// those that go without, or with fewer cascades than they should have, and says why. Directions of the sky share what is left.
     fn of(
         scene: &Scene,
         settings: &Settings,
-        order: &LightOrder,
+        (order, directions): (&LightOrder, u32),
         device: &Capabilities,
     ) -> (Option<Self>, Vec<String>) {
         let shadows = &settings.shadows;
@@ -126,11 +144,13 @@ impl ShadowPlan {
             filter: shadows.filter,
             clamp: device.depth_clamp,
             lights: Vec::new(),
+            sky: None,
             tiles: Vec::new(),
         };
         let mut free = Vec::new();
         let (mut unserved, mut remedy) = (Vec::new(), None);
-        for (light, source) in by_importance(scene, order) {
+        let asking = if settings.shadows.enabled { by_importance(scene, order) } else { Vec::new() };
+        for (light, source) in asking {
             let wanted = MapProjection::of(source, shadows.cascades);
             let tries: Vec<MapProjection> = match wanted {
                 MapProjection::Cascades(count) => (1..=count).rev().map(MapProjection::Cascades).collect(),
@@ -151,7 +171,7 @@ impl ShadowPlan {
                 let by_device = within_budget > most;
                 let mut why = short.reason(shadows, by_device, most);
                 if short == Short::Layers && !by_device {
-                    why += remedy.get_or_insert_with(|| Self::remedy(scene, settings, order, device));
+                    why += remedy.get_or_insert_with(|| Self::remedy(scene, settings, (order, directions), device));
                 }
                 unserved.push((source.name.as_str(), why, found.is_some()));
             }
@@ -161,12 +181,33 @@ impl ShadowPlan {
                 plan.lights.push(ShadowLight { light, name: source.name.clone(), first_view, projection });
             }
         }
-        let warnings = warnings(&unserved);
-        ((!plan.lights.is_empty()).then_some(plan), warnings)
+        let mut warnings = warnings(&unserved);
+        warnings.extend(plan.add_sky(directions, &mut free, (most, settings)));
+        let is_empty = plan.lights.is_empty() && plan.sky.is_none();
+        ((!is_empty).then_some(plan), warnings)
+    }
+
+    /// Gives a map to as many directions of the sky as there is room for, a quarter of a layer each: one lies around the whole view, and its shadow is one
+    /// of many. Returns a warning where those are fewer than asked for.
+    fn add_sky(&mut self, directions: u32, free: &mut Vec<Tile>, (most, settings): (u32, &Settings)) -> Option<String> {
+        let first_view = self.tiles.len();
+        let mut why = None;
+        for _ in 0..directions {
+            match self.room(MapProjection::Single, free, most) {
+                Ok(tiles) => self.tiles.extend(tiles),
+                Err(short) => {
+                    why = Some(short.reason(&settings.shadows, false, most));
+                    break;
+                }
+            }
+        }
+        let count = (self.tiles.len() - first_view) as u32;
+        self.sky = (count > 0).then_some(SkyShadows { first_view, count });
+        why.map(|why| format!("{count} of {directions} directions of the sky have a shadow map: {why}"))
     }
 
     /// Returns the change that would give all lights their maps: the budget that they need at this size, or the size at which they are within the budget.
-    fn remedy(scene: &Scene, settings: &Settings, order: &LightOrder, device: &Capabilities) -> String {
+    fn remedy(scene: &Scene, settings: &Settings, order: (&LightOrder, u32), device: &Capabilities) -> String {
         let shadows = ShadowSettings { budget: u32::MAX, ..settings.shadows };
         let whole = Self::of(scene, &Settings { shadows, ..settings.clone() }, order, device).0;
         let ShadowSettings { budget, size, .. } = settings.shadows;
@@ -184,7 +225,7 @@ impl ShadowPlan {
     /// An atlas in which nobody looks anything up.
     pub(super) fn without_lights(settings: &Settings, device: &Capabilities) -> Self {
         let ShadowSettings { size, filter, .. } = settings.shadows;
-        Self { size, layers: 1, filter, clamp: device.depth_clamp, lights: Vec::new(), tiles: Vec::new() }
+        Self { size, layers: 1, filter, clamp: device.depth_clamp, lights: Vec::new(), sky: None, tiles: Vec::new() }
     }
 
     /// Places for all maps of a light: whole layers for cascades, quarters for the others. When they do not all fit, why.
@@ -210,6 +251,11 @@ impl ShadowPlan {
             free.extend([(0, 0), (edge, 0), (0, edge), (edge, edge)].map(|(x, y)| Tile { layer, x, y, edge }));
         }
         Ok(free.drain(..count).collect())
+    }
+
+    /// The maps of directions of the sky.
+    pub(crate) fn sky_views(&self) -> Range<usize> {
+        self.sky.map_or(0..0, |sky| sky.first_view..sky.first_view + sky.count as usize)
     }
 
     /// Device memory of all layers.

@@ -18,7 +18,7 @@ use crate::plan::{
 use crate::scene::check::fits;
 use crate::scene::{
     Aabb, CastsShadow, ClipChoice, Emitter, Environment, Light, Material, Mesh, Playing, Scene, Settings,
-    ShadowSettings, Sky, Transparency,
+    ShadowSettings, Sky, SkyDirection, SkyDistribution, Transparency,
 };
 
 /// The part of a scene that every frame reads again. No texels, and no vertices but where triangles are sorted.
@@ -41,6 +41,10 @@ pub struct World {
     pub environment: Environment,
     /// The sky; none in a scene without one.
     pub sky: Option<WorldSky>,
+    /// The sky's light, where frames draw directions from it.
+    sky_light: Option<SkyDistribution>,
+    /// Directional lights of the next frame, drawn from the sky.
+    pub sky_directions: Vec<SkyDirection>,
     /// Mean radiance of the sky that lights the scene, in nits.
     pub sky_mean: Vec3,
     /// Sources of particles.
@@ -185,6 +189,11 @@ impl World {
             lamps: Vec::new(),
             environment: scene.environment,
             sky: scene.sky.as_ref().map(WorldSky::of),
+            sky_light: match (&scene.sky, &plan.shadow) {
+                (Some(sky), Some(shadow)) if shadow.sky.is_some() => SkyDistribution::of(sky),
+                _ => None,
+            },
+            sky_directions: Vec::new(),
             sky_mean: match (&scene.sky, plan.is_lit_by_sky()) {
                 (Some(sky), true) => sky.mean(),
                 _ => Vec3::ZERO,
@@ -209,6 +218,7 @@ impl World {
             (world.bounds, world.extent, world.at_first, world.radius) = (bounds, bounds, bounds, bounds.radius());
         }
         world.refresh(plan);
+        world.aim_sky(plan, 0, plan.samples);
         world.previous = PreviousTransforms::new(plan.lists_moving());
         world
     }
@@ -224,6 +234,13 @@ impl World {
         self.extent = widened(&self.at_first, &self.bounds);
         if let Some(shadow) = &plan.shadow {
             self.lamps = lamp_views(self, shadow, &self.lamps, &changes);
+        }
+    }
+
+    /// Draws the directions of the sky that light frame `index` of `frames`, whose mean is the sky.
+    pub fn aim_sky(&mut self, plan: &FramePlan, index: u32, frames: u32) {
+        if let (Some(light), Some(sky)) = (&self.sky_light, plan.shadow.as_ref().and_then(|shadow| shadow.sky)) {
+            self.sky_directions = light.of_frame(index, frames, sky.count);
         }
     }
 

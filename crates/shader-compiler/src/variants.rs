@@ -21,7 +21,7 @@ pub struct Head {
     /// The flags; bit `i` of a variant's number is flag `i`.
     pub flags: Vec<String>,
     /// A variant with the first bits must have the second.
-    requires: Vec<(u32, u32)>,
+    requires: Vec<(u32, Vec<u32>)>,
     /// A variant may have at most one of these bits.
     excludes: Vec<u32>,
     /// On in every variant, without a bit.
@@ -79,8 +79,8 @@ impl Head {
             let (from, to) = rule
                 .split_once("->")
                 .ok_or_else(|| Error::at(at.clone(), "`requires:` is written `requires: FLAG -> FLAG`"))?;
-            let rule = (self.bits(from, at)?, self.bits(to, at)?);
-            self.requires.push(rule);
+            let any = to.split('|').map(|names| self.bits(names, at)).collect::<Result<_, _>>()?;
+            self.requires.push((self.bits(from, at)?, any));
         } else if let Some(names) = comment.strip_prefix("excludes:") {
             let bits = self.bits(names, at)?;
             if bits.count_ones() < 2 {
@@ -124,7 +124,7 @@ impl Head {
     #[must_use]
     pub fn combinations(&self) -> Vec<u32> {
         let allowed = |bits: &u32| {
-            self.requires.iter().all(|(from, to)| bits & from != *from || bits & to == *to)
+            self.requires.iter().all(|(from, any)| bits & from != *from || any.iter().any(|to| bits & to == *to))
                 && self.excludes.iter().all(|group| (bits & group).count_ones() <= 1)
         };
         (0..1_u32 << self.flags.len()).filter(allowed).collect()
@@ -163,6 +163,12 @@ mod tests {
         assert_eq!(head.combinations(), [0b000, 0b001, 0b011, 0b100, 0b101]);
         assert_eq!(head.names(0b011).collect::<Vec<_>>(), ["A", "B"]);
         assert!(!head.precise);
+    }
+
+    #[test]
+    fn a_flag_may_require_one_of_several() {
+        let head = Head::parse("a.wgsl", "// variants: A B C\n// requires: C -> A | B\n").unwrap();
+        assert_eq!(head.combinations(), [0b000, 0b001, 0b010, 0b011, 0b101, 0b110, 0b111]);
     }
 
     #[test]

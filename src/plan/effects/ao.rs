@@ -39,7 +39,9 @@ pub(crate) const EFFECT: Effect = Effect {
     is_in: |plans| plans.ao.is_some(),
     absence: |own| match own.planned.view {
         _ if own.planned.ao == AmbientOcclusion::Off => NOT_ASKED_FOR,
-        View::Final | View::Lighting | View::Ambient => "no light comes from everywhere, and it weakens no other",
+        View::Final | View::Lighting | View::Ambient => {
+            "no light comes from everywhere but that of a sky with shadows of its own, and it weakens no other"
+        }
         _ => "this view does not show it",
     },
     targets: &[OUTPUT],
@@ -156,7 +158,8 @@ fn is_used(scene: &Scene, settings: &Settings) -> bool {
         && match settings.view {
             View::Final | View::Lighting | View::Ambient => {
                 let sky = scene.sky.as_ref().is_some_and(|sky| super::sky::lights(sky, settings));
-                scene.environment.is_lit() || sky
+                // A sky with shadows of its own is hidden by them.
+                scene.environment.is_lit() || sky && super::sky::sky_directions(scene, settings) == 0
             }
             view => view == View::Ao,
         }

@@ -5,7 +5,7 @@ use glam::{DVec3, Vec3};
 use crate::plan::effect::{Effect, EffectRequest, Hdr, LightReaders, Variation};
 use crate::plan::parts::{Part, part};
 use crate::plan::{FramePlan, PartGroup, PlanError, Shading, Uploads};
-use crate::scene::{Scene, Settings, Sky, SkyCube, SkyImage, SunDisc};
+use crate::scene::{CastsShadow, Scene, Settings, Sky, SkyCube, SkyImage, SunDisc};
 
 /// The scene's sky is seen, or lights surfaces.
 pub(crate) const EFFECT: Effect = Effect {
@@ -82,6 +82,19 @@ impl SkyPlan {
     }
 }
 
+/// Samples of a picture from which on the sky has shadows where nobody has said: of fewer frames they would be seen one by one (docs/SKY.md).
+const SAMPLES_WITH_SHADOWS: u32 = 8;
+/// Directions of a frame then.
+const DIRECTIONS: u32 = 8;
+
+/// The directions of the sky that each frame lights by, with a shadow each; none where the sky lights nothing, or nothing hides any of it.
+pub(crate) fn sky_directions(scene: &Scene, settings: &Settings) -> u32 {
+    let unsaid = if settings.samples >= SAMPLES_WITH_SHADOWS { DIRECTIONS } else { 0 };
+    let is_lit = scene.sky.as_ref().is_some_and(|sky| lights(sky, settings) && sky.image.brightest() > 0.0);
+    let is_hidden = scene.objects.iter().any(|object| object.casts_shadow != CastsShadow::No);
+    if is_lit && is_hidden { settings.sky_shadows.unwrap_or(unsaid) } else { 0 }
+}
+
 /// Returns true if a sky lights surfaces.
 pub(super) fn lights(sky: &Sky, settings: &Settings) -> bool {
     sky.lights && settings.sky_light && sky.nits > 0.0
@@ -91,6 +104,11 @@ impl FramePlan {
     /// Returns true if the sky lights surfaces.
     pub fn is_lit_by_sky(&self) -> bool {
         self.effects.sky.is_some_and(|sky| sky.lights)
+    }
+
+    /// Returns true if the sky's light arrives by directions that have a shadow each.
+    pub fn has_sky_shadows(&self) -> bool {
+        self.shadow.as_ref().is_some_and(|shadow| shadow.sky.is_some())
     }
 
     /// Returns true if AMBIENT adds the sky's light to LIGHTING's.

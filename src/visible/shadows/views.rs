@@ -1,6 +1,7 @@
 //! The view of each shadow map in a frame: cascades fitted to the camera's view, and the maps of lamps, kept while nothing in them changes.
 
 use std::collections::BTreeSet;
+use std::ops::Range;
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec2, DVec3, DVec4, Vec4};
@@ -290,8 +291,8 @@ pub(in crate::visible) fn lamp_views(
     views
 }
 
-/// Adds the cascades of the directional lights, each around its slice of the camera's view. A slice without any of the `seen` boxes gets no
-/// cascade. A cascade that holds the whole scene is the last: those behind it would be the same.
+/// Adds the cascades of the directional lights, and the maps of directions of the sky, which are cascades of one map, each around its slice of the camera's view. A
+/// slice without any of the `seen` boxes gets no cascade. A cascade that holds the whole scene is the last: those behind it would be the same.
 pub(in crate::visible) fn add_cascades(
     views: &mut [Option<Arc<ShadowView>>],
     world: &World,
@@ -300,38 +301,64 @@ pub(in crate::visible) fn add_cascades(
     aspect: f64,
     seen: &[Aabb],
 ) {
-    let forward = camera.forward();
-    let along = |bounds: &Aabb| {
-        let (center, half) = ((bounds.center() - camera.position).dot(forward), forward.abs().dot(bounds.size() * 0.5));
-        (center - half, center + half)
-    };
     let far = farthest(&world.extent, camera);
-    // An orthographic view shows everything at one scale, and so needs equally large texels everywhere.
-    let lambda = if camera.is_orthographic() { 0.0 } else { world.shadows.lambda };
+    let receivers = CascadeReceivers { camera, aspect, far, seen };
     for own in &plan.lights {
-        let (MapProjection::Cascades(count), Some(direction)) =
-            (own.projection, world.lights[own.light].kind.form().direction)
-        else {
-            continue;
+        let light = &world.lights[own.light];
+        if let (MapProjection::Cascades(count), Some(direction)) = (own.projection, light.kind.form().direction) {
+            let maps = own.first_view..own.first_view + count as usize;
+            receivers.add(views, (world, plan), maps, (direction, light.half_size()));
+        }
+    }
+    for (own, map) in world.sky_directions.iter().zip(plan.sky_views()) {
+        receivers.add(views, (world, plan), map..map + 1, (-own.to_light, own.half_size));
+    }
+}
+
+/// The surfaces on which a camera sees shadows of directional lights.
+struct CascadeReceivers<'a> {
+    camera: &'a Camera,
+    aspect: f64,
+    /// The distance along the view at which cascades end.
+    far: f64,
+    seen: &'a [Aabb],
+}
+
+impl CascadeReceivers<'_> {
+    /// Adds the cascades of a light, by its direction and half its size as [`ShadowView::light_size`].
+    fn add(
+        &self,
+        views: &mut [Option<Arc<ShadowView>>],
+        (world, plan): (&World, &ShadowPlan),
+        maps: Range<usize>,
+        (direction, light_size): (DVec3, f64),
+    ) {
+        let &Self { camera, aspect, far, seen } = self;
+        let forward = camera.forward();
+        let along = |bounds: &Aabb| {
+            let (center, half) =
+                ((bounds.center() - camera.position).dot(forward), forward.abs().dot(bounds.size() * 0.5));
+            (center - half, center + half)
         };
+        // An orthographic view shows everything at one scale, and so needs equally large texels everywhere.
+        let lambda = if camera.is_orthographic() { 0.0 } else { world.shadows.lambda };
         let axes = light_axes(direction);
         let mut begin = camera.near;
-        for cascade in 0..count {
-            let tile = plan.tiles[own.first_view + cascade as usize];
-            let end = split(camera.near, far, lambda, cascade + 1, count);
+        let count = maps.len() as u32;
+        for (map, cascade) in maps.zip(1..) {
+            let end = split(camera.near, far, lambda, cascade, count);
             let slice = Sphere::around(camera, aspect, begin, end);
             let fit = CascadeFit::of(world, plan, &axes, &slice);
-            let is_last = cascade + 1 == count || fit.is_whole;
+            let is_last = cascade == count || fit.is_whole;
             // In the last part of the one before, this one is looked up too.
             let blend = if is_last { f64::MAX } else { end - BLEND * (end - begin) };
             let last_seen = if is_last { f64::MAX } else { end };
             let volume = view_corners(camera, aspect, begin, last_seen.min(far));
             let in_slice = seen.iter().filter(|bounds| along(bounds).0 <= last_seen && along(bounds).1 >= begin);
             if is_seen(&axes, &volume, in_slice) {
-                let view = fit.view(world, plan, tile, &axes);
-                let light_size = world.lights[own.light].half_size();
+                let view = fit.view(world, plan, plan.tiles[map], &axes);
                 let view = ShadowView { light_size, end: last_seen, blend, begin, ..view };
-                views[own.first_view + cascade as usize] = Some(view.with_casters(world));
+                views[map] = Some(view.with_casters(world));
             }
             if is_last {
                 break;

@@ -397,6 +397,12 @@ settings! {
             title: "sky prefilter samples", values: ValueKind::Whole(1, 4096), in_panel: false,
             sweep: SweepMode::Alone, tried: &["1", "4", "16", "64", "256", "1024"],
         }
+        /// Shadowed directions of the sky that each frame lights by, drawn as often as the sky is bright there, in place of light that nothing hides; 0 draws no
+        /// shadows of the sky
+        "sky-shadows", "sky_shadows" => sky_shadows: u32, where unset "8 for a picture of 8 samples or more, else 0", {
+            title: "sky shadows", values: ValueKind::Whole(0, 32), sweep: SweepMode::Alone,
+            tried: &["0", "1", "2", "4", "8", "16", "32"], quick: &["0", "8"], cheaper: &["0"],
+        }
         /// Weaken ambient and sky light where surfaces nearby hide it (ambient occlusion), found on the screen by samples of the hemisphere (ssao), or by
         /// slices of it, each with a visibility bitmask of the angles that are hidden (bitmask)
         "ao", "ao" => ao: AmbientOcclusion = AmbientOcclusion::Off, {

@@ -4,6 +4,7 @@ mod atmosphere;
 #[cfg(feature = "readers")]
 mod choice;
 mod cube;
+mod directions;
 #[cfg(feature = "readers")]
 mod read;
 mod studio;
@@ -12,6 +13,7 @@ pub use atmosphere::Atmosphere;
 #[cfg(feature = "readers")]
 pub use choice::{SkyChoice, fit_to_light, put_atmosphere, put_sky};
 pub use cube::{CubeLevel, FACES, SkyCube, face_direction};
+pub use directions::{SkyDirection, SkyDistribution};
 #[cfg(feature = "readers")]
 pub use read::{read_faces, read_panorama};
 pub use studio::Studio;
