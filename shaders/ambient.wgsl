@@ -25,8 +25,6 @@ override BRDF: u32 = 0u;
 override METAL: bool = true;
 override NORMAL_ENCODING: u32 = 0u;
 override GEOMETRIC_STEPS: f32 = 255.0;
-// The filter of shadow maps.
-override SHADOW_FILTER: u32 = 2u;
 // There is light of the half-spheres.
 override AMBIENT: bool = true;
 // Largest value that the target holds.
@@ -44,7 +42,7 @@ fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
 
 // The light of a pixel, or of one of its samples.
 fn shade(pixel: vec2<f32>) -> vec4<f32> {
-    let model = Model(BRDF, 0u, 0u, false, false, SHADOW_FILTER, false);
+    let model = Model(BRDF, 0u, 0u, false, false, 0u, false);
     var texel = load_texel(pixel, NORMAL_ENCODING, GEOMETRIC_STEPS);
     texel.albedo = select(texel.albedo, vec3(1.0), LIGHT_ONLY);
     texel.metallic = select(0.0, texel.metallic, METAL && !LIGHT_ONLY);

@@ -161,7 +161,7 @@ fn light_everywhere(surface: Surface, texel: Texel, model: Model, which: Everywh
         radiance += ambient_light(surface, texel, model);
     }
 #ifdef SKY_LIGHT
-    radiance += sky_light(surface, brdf_of(surface, model), texel, model.shadow_filter) * texel.occlusion;
+    radiance += sky_light(surface, brdf_of(surface, model), texel) * texel.occlusion;
 #endif
 #ifdef LIGHTS
     if which.directional {

@@ -5,7 +5,7 @@
 #import afterlight::texel::{Texel}
 #ifdef SHADOW
 #import afterlight::brdf::{ggx_lobe, half_vector, smith_root}
-#import afterlight::shadows::{shadow_views, visibility_in}
+#import afterlight::shadows::{shadow_views, visibility_in, BOX_TWO}
 #endif
 
 // Radiance mirrored by a lobe about a direction: level 0 of a mirror, the last of a roughness of 1. In units of frame.sky_scale.
@@ -87,7 +87,7 @@ struct Arrived {
 
 // The base is an estimate without bias, whose mean over frames is the integral. A lobe may be far narrower than the directions lie apart, so that their sum would be
 // dark in one frame and far too bright in another: of it only the share that is hidden is estimated, and the light is that of the prefiltered sky.
-fn arrived(surface: Surface, brdf: u32, texel: Texel, shadow_filter: u32) -> Arrived {
+fn arrived(surface: Surface, brdf: u32, texel: Texel) -> Arrived {
     var base = vec3(0.0);
     var weights = 0.0;
     var met = 0.0;
@@ -100,7 +100,8 @@ fn arrived(surface: Surface, brdf: u32, texel: Texel, shadow_filter: u32) -> Arr
         }
         var seen = 1.0;
         if texel.receives {
-            seen = visibility_in(shadow_views[SKY_MAP + i], texel.position, texel.geometric_normal, shadow_filter);
+            // Edges of many shadows blur each other: of all filters the smallest that interpolates errs least from 8 frames on (docs/SKY.md).
+            seen = visibility_in(shadow_views[SKY_MAP + i], texel.position, texel.geometric_normal, BOX_TWO);
         }
         base += own.lux * (n_dot_l * seen);
         if brdf == COOK_TORRANCE && SKY_LOBE_SHADOWS {
@@ -117,11 +118,11 @@ fn arrived(surface: Surface, brdf: u32, texel: Texel, shadow_filter: u32) -> Arr
 
 // A surface's reflection of the sky, in nits. The base gets the light that the lobe leaves: together they reflect all of an
 // even sky where nothing is absorbed. The Phong models' lobes have no share, as of other ambient light.
-fn sky_light(surface: Surface, brdf: u32, texel: Texel, shadow_filter: u32) -> vec3<f32> {
+fn sky_light(surface: Surface, brdf: u32, texel: Texel) -> vec3<f32> {
     let diffuse = surface.diffuse * PI;
 #ifdef SHADOW
     if SKY_SHADOWS > 0u {
-        let there = arrived(surface, brdf, texel, shadow_filter);
+        let there = arrived(surface, brdf, texel);
         if brdf != COOK_TORRANCE {
             return diffuse * there.base;
         }

@@ -267,6 +267,10 @@ impl Renderer {
         let frame = &mut self.frames[self.next];
         frame.begun = Instant::now();
         self.world.refresh(&self.plan);
+        if self.plan.averages_over_time() {
+            // While something moves the directions stay: the mean over time would not follow light that is another in each frame.
+            self.world.aim_sky(&self.plan, self.timeline.still());
+        }
         // ANCHOR: record-frame
         let eye = Eye::of(camera, &self.world.drawn_bounds(&self.plan));
         let camera = &eye.camera;

@@ -83,7 +83,7 @@ impl Renderer {
         let mut sum = Accumulator::new(&self.plan);
         for index in 0..count {
             let camera = go_to(self, moment(index, count) * shutter)?;
-            self.world.aim_sky(&self.plan, index, count);
+            self.world.aim_sky(&self.plan, index);
             self.render_jittered(&self.behind_lens(&camera, index), sample_offset(index, count))?;
             self.look_at_linear(|rgba| {
                 drawn();

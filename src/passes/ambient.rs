@@ -104,7 +104,6 @@ fn constants_of(plan: &FramePlan) -> Vec<(u32, u32)> {
         (constants::SAMPLES, plan.msaa),
         // LIGHTING has them.
         (constants::AMBIENT, 0),
-        (constants::SHADOW_FILTER, plan.shadow.as_ref().map_or(0, |shadow| shadow.filter as u32)),
     ];
     [&own[..], &sky_constants!(plan)].concat()
 }

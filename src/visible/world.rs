@@ -218,7 +218,7 @@ impl World {
             (world.bounds, world.extent, world.at_first, world.radius) = (bounds, bounds, bounds, bounds.radius());
         }
         world.refresh(plan);
-        world.aim_sky(plan, 0, plan.samples);
+        world.aim_sky(plan, 0);
         world.previous = PreviousTransforms::new(plan.lists_moving());
         world
     }
@@ -237,10 +237,10 @@ impl World {
         }
     }
 
-    /// Draws the directions of the sky that light frame `index` of `frames`, whose mean is the sky.
-    pub fn aim_sky(&mut self, plan: &FramePlan, index: u32, frames: u32) {
+    /// Draws the directions of the sky that light frame `index` of a picture. The mean of all frames is lit by all of the sky.
+    pub fn aim_sky(&mut self, plan: &FramePlan, index: u32) {
         if let (Some(light), Some(sky)) = (&self.sky_light, plan.shadow.as_ref().and_then(|shadow| shadow.sky)) {
-            self.sky_directions = light.of_frame(index, frames, sky.count);
+            self.sky_directions = light.of_frame(index, sky.count);
         }
     }
 

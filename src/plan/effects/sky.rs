@@ -26,7 +26,10 @@ pub(crate) const EFFECT: Effect = Effect {
         let most = request.device.max_extent;
         if sky.edge > most { Err(PlanError::Sky(sky.edge, most)) } else { Ok(()) }
     },
-    variations: &[Variation::with("under a sky", put_under_sky, |_| {})],
+    variations: &[
+        Variation::with("under a sky", put_under_sky, |_| {}),
+        Variation::with("under a sky with shadows", put_under_sky, |settings| settings.sky_shadows = Some(2)),
+    ],
     ..Effect::PLAIN
 };
 
@@ -82,14 +85,15 @@ impl SkyPlan {
     }
 }
 
-/// Samples of a picture from which on the sky has shadows where nobody has said: of fewer frames they would be seen one by one (docs/SKY.md).
-const SAMPLES_WITH_SHADOWS: u32 = 8;
+/// Frames of a picture from which on the sky has shadows where nobody has said: of fewer frames the edges of single shadows would be seen (docs/SKY.md).
+const FRAMES_WITH_SHADOWS: u32 = 8;
 /// Directions of a frame then.
 const DIRECTIONS: u32 = 8;
 
 /// The directions of the sky that each frame lights by, with a shadow each; none where the sky lights nothing, or nothing hides any of it.
 pub(crate) fn sky_directions(scene: &Scene, settings: &Settings) -> u32 {
-    let unsaid = if settings.samples >= SAMPLES_WITH_SHADOWS { DIRECTIONS } else { 0 };
+    let frames = super::frames(settings).max(settings.samples);
+    let unsaid = if frames >= FRAMES_WITH_SHADOWS { DIRECTIONS } else { 0 };
     let is_lit = scene.sky.as_ref().is_some_and(|sky| lights(sky, settings) && sky.image.brightest() > 0.0);
     let is_hidden = scene.objects.iter().any(|object| object.casts_shadow != CastsShadow::No);
     if is_lit && is_hidden { settings.sky_shadows.unwrap_or(unsaid) } else { 0 }

@@ -311,7 +311,7 @@ pub(in crate::visible) fn add_cascades(
         }
     }
     for (own, map) in world.sky_directions.iter().zip(plan.sky_views()) {
-        receivers.add(views, (world, plan), map..map + 1, (-own.to_light, own.half_size));
+        receivers.add(views, (world, plan), map..map + 1, (-own.to_light, 0.0));
     }
 }
 

@@ -19,8 +19,6 @@ pub struct SkyDirection {
     pub to_light: DVec3,
     /// Illuminance of a surface that faces it, in lux: the sky's radiance over the density of directions.
     pub lux: Vec3,
-    /// Tangent of the angle between the middle and the edge of a disc of as many steradians as it stands for.
-    pub half_size: f64,
 }
 
 /// The distribution of a sky's light over directions. Constant within a texel of its image.
@@ -55,16 +53,16 @@ impl SkyDistribution {
         (all > 0.0 && sky.nits > 0.0).then(|| Self { sky: Sky { image: image.into(), ..sky.clone() }, width, rows, texels })
     }
 
-    /// The lights of frame `index` of a picture of `frames`: the mean over all frames is the sky.
-    pub fn of_frame(&self, index: u32, frames: u32, lights: u32) -> Vec<SkyDirection> {
+    /// The lights of frame `index` of a picture: the mean over all frames from 0 on is the sky, however many they are.
+    pub fn of_frame(&self, index: u32, lights: u32) -> Vec<SkyDirection> {
         let share = 1.0 / f64::from(lights.max(1));
         let number = |light: u32| f64::from(index) * f64::from(lights) + f64::from(light);
         let points = (0..lights).map(|light| (DVec2::splat(0.5) + STEPS * number(light)).fract());
-        points.map(|point| self.at(point, share, f64::from(frames.max(1)))).collect()
+        points.map(|point| self.at(point, share)).collect()
     }
 
-    /// The light at a point of the unit square, which has this share of the sky's in one of so many frames.
-    fn at(&self, point: DVec2, share: f64, frames: f64) -> SkyDirection {
+    /// The light at a point of the unit square, which has this share of the sky's.
+    fn at(&self, point: DVec2, share: f64) -> SkyDirection {
         let (row, down) = place(&self.rows, point.y);
         let own = &self.texels[row * self.width..][..self.width];
         let (column, across) = place(own, point.x);
@@ -79,11 +77,9 @@ impl SkyDistribution {
         // Texels are weighted by the sum of their channels, so that the light of a direction is that of all in the colour of its texel.
         let all = self.rows.last().copied().unwrap_or(0.0);
         let lux = value * (all / value.element_sum() * share * f64::from(self.sky.nits));
-        let steradians = all / value.element_sum() * share / frames;
         SkyDirection {
             to_light: back.turned(DVec3::new(level * angle.sin(), up, -level * angle.cos())),
             lux: lux.as_vec3().min(Vec3::splat(f32::MAX)),
-            half_size: (steradians / PI).sqrt().min(1.0),
         }
     }
 }
@@ -110,7 +106,7 @@ mod tests {
     /// The worst error of the light on surfaces of some normals, as a share of the light on the brightest of them.
     fn error(sky: &Sky, frames: u32, lights: u32) -> f64 {
         let distribution = SkyDistribution::of(sky).expect("a sky with light");
-        let drawn: Vec<_> = (0..frames).flat_map(|frame| distribution.of_frame(frame, frames, lights)).collect();
+        let drawn: Vec<_> = (0..frames).flat_map(|frame| distribution.of_frame(frame, lights)).collect();
         let back = Sky { rotation_degrees: -sky.rotation_degrees, ..sky.clone() };
         let normals = [DVec3::X, DVec3::Y, DVec3::NEG_Z, DVec3::ONE.normalize(), DVec3::new(-0.6, 0.0, 0.8)];
         let lights = |normal: DVec3| {
@@ -146,7 +142,7 @@ mod tests {
         let one = SkyImage::of("it", 64, |to| if to.x > 0.997 { DVec3::new(0.0, 0.0, 1e6) } else { DVec3::ZERO });
         assert!(one.texels.iter().filter(|texel| texel[2] > 0.0).count() <= 4);
         let sky = Sky { image: one.into(), ..sky(|_| DVec3::ONE) };
-        let drawn = SkyDistribution::of(&sky).expect("light").of_frame(0, 1, 32);
+        let drawn = SkyDistribution::of(&sky).expect("light").of_frame(0, 32);
         let toward = Sky { rotation_degrees: -30.0, ..sky.clone() }.turned(DVec3::X);
         let sum: Vec3 = drawn.iter().map(|own| own.lux).sum();
         let exact = sky.image.directions().map(|(_, steradians, value)| value.z * steradians * 3.0).sum::<f64>();
