@@ -9,8 +9,8 @@ use half::f16;
 use rayon::prelude::*;
 
 use crate::gpu::{
-    self, Buffer, Device, Image, ImageDesc, Location, MemoryKind, Owned, OwnedSampler, SetLayoutBinding, SetWriter, Uploader,
-    binding, sync::Use,
+    self, Buffer, Device, Image, ImageDesc, Location, MemoryKind, Owned, OwnedSampler, SetLayoutBinding, SetWriter,
+    Uploader, binding, sync::Use,
 };
 use crate::plan::{FramePlan, SkyPlan, effects};
 use crate::scene::{FACES, Sky, SkyCube, SkyDirection};
@@ -156,9 +156,10 @@ pub(super) fn bindings(plan: &FramePlan) -> Vec<SetLayoutBinding> {
     images
         .map(|(index, _)| binding(index, vk::DescriptorType::SAMPLED_IMAGE, stages))
         .chain([binding(SAMPLER, vk::DescriptorType::SAMPLER, stages)])
-        .chain(has_directions(plan).then(|| {
-            binding(DIRECTIONS, vk::DescriptorType::UNIFORM_BUFFER, vk::ShaderStageFlags::FRAGMENT)
-        }))
+        .chain(
+            has_directions(plan)
+                .then(|| binding(DIRECTIONS, vk::DescriptorType::UNIFORM_BUFFER, vk::ShaderStageFlags::FRAGMENT)),
+        )
         .collect()
 }
 

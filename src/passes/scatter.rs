@@ -5,8 +5,8 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::{
-    FrameContext, Pass, PassName, PassRecorder, Presence, Resource, ResourceUse, SetLayouts, air, frame_data, light_maps,
-    needed,
+    FrameContext, Pass, PassName, PassRecorder, Presence, Resource, ResourceUse, SetLayouts, air, frame_data,
+    light_maps, needed,
 };
 use crate::gpu::{
     self, Buffer, Device, Location, MemoryKind, Owned, SetLayout, ShaderStage, compute_pipeline, pipeline_layout,

@@ -19,6 +19,7 @@ mod reflections;
 #[cfg(feature = "report")]
 mod report;
 mod sky;
+mod sky_shadows;
 mod stress;
 #[cfg(feature = "report")]
 mod tune;

@@ -89,7 +89,8 @@ pub use optional_parts::{Keep, OptionalPart};
 pub use path::{CameraKey, CameraPath};
 pub use settings::*;
 pub use sky::{
-    Atmosphere, CubeLevel, FACES, MOST_LIGHT, Sky, SkyCube, SkyDirection, SkyDistribution, SkyImage, SkyOrigin, Studio, SunDisc, face_direction,
+    Atmosphere, CubeLevel, FACES, MOST_LIGHT, Sky, SkyCube, SkyDirection, SkyDistribution, SkyImage, SkyOrigin, Studio,
+    SunDisc, face_direction,
 };
 #[cfg(feature = "readers")]
 pub use sky::{SkyChoice, fit_to_light, put_sky, read_faces, read_panorama};

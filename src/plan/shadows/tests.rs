@@ -31,7 +31,7 @@ fn spot() -> Light {
 fn tiles_on(device: &Capabilities, lights: Vec<Light>, shadows: ShadowSettings) -> (Option<ShadowPlan>, Vec<String>) {
     let scene = samples::scene(vec![Material::default()], lights);
     let settings = Settings { shadows, keep: Keep::NONE.with(OptionalPart::IdleLights), ..Settings::default() };
-    ShadowPlan::of(&scene, &settings, &LightOrder::of(&scene, &settings), device)
+    ShadowPlan::of(&scene, &settings, (&LightOrder::of(&scene, &settings), 0), device)
 }
 
 fn tiles_of(lights: Vec<Light>, shadows: ShadowSettings) -> (Option<ShadowPlan>, Vec<String>) {
@@ -116,4 +116,54 @@ fn what_a_light_is_short_of_is_named() {
     assert_eq!(plan.map(|plan| plan.layers), Some(4));
     assert!(warnings.len() == 1 && warnings[0].contains("device") && warnings[0].contains("4 layers"), "{warnings:?}");
     assert!(!warnings[0].contains("budget"), "{warnings:?}");
+}
+
+/// Under a sky whose light comes from so many directions.
+fn tiles_under_sky(lights: Vec<Light>, directions: u32, budget: u32) -> (Option<ShadowPlan>, Vec<String>) {
+    let scene = samples::scene(vec![Material::default()], lights);
+    let shadows = ShadowSettings { size: 1024, budget, ..three() };
+    let settings = Settings { shadows, ..Settings::default() };
+    ShadowPlan::of(&scene, &settings, (&LightOrder::of(&scene, &settings), directions), &samples::device())
+}
+
+#[test]
+fn directions_of_the_sky_have_a_quarter_each_of_what_lights_leave() {
+    let (plan, warnings) = tiles_under_sky(vec![samples::sun(), spot()], 8, 64);
+    let plan = plan.expect("maps");
+    // Three cascades, a quarter for the spot, and eight more.
+    assert_eq!((plan.sky_views(), plan.layers, plan.tiles.len()), (4..12, 3 + 3, 12));
+    assert!(warnings.is_empty() && plan.tiles[4..].iter().all(|tile| tile.edge == 512), "{warnings:?}");
+    // Layers of 4 MiB, of which the sun takes three and the spot and seven directions two.
+    let (plan, warnings) = tiles_under_sky(vec![samples::sun(), spot()], 8, 20);
+    assert_eq!(plan.map(|plan| (plan.lights.len(), plan.sky_views())), Some((2, 4..11)));
+    assert!(warnings.len() == 1 && warnings[0].starts_with("7 of 8 directions of the sky"), "{warnings:?}");
+    // Alone, and without room.
+    let (plan, _) = tiles_under_sky(Vec::new(), 8, 64);
+    assert_eq!(plan.map(|plan| (plan.lights.len(), plan.sky_views(), plan.layers)), Some((0, 0..8, 2)));
+    let (plan, warnings) = tiles_under_sky(Vec::new(), 8, 1);
+    assert!(plan.is_none() && warnings[0].contains("no layer"), "{warnings:?}");
+}
+
+#[test]
+fn the_sky_has_shadows_in_pictures_of_many_frames_and_where_asked_for() {
+    let mut scene = samples::scene(vec![Material::default()], vec![samples::sun()]);
+    let image = crate::scene::SkyImage::of("even", 4, |_| DVec3::ONE).into();
+    let sky = crate::scene::Sky { image, rotation_degrees: 0.0, nits: 1.0, lights: true, shown: true, sun: None };
+    let directions = |scene: &Scene, settings: Settings| {
+        samples::plan(scene, &settings).shadow.map_or(0, |shadow| shadow.sky_views().len())
+    };
+    let (one, many) = (samples::deferred(), Settings { samples: 8, ..samples::deferred() });
+    assert_eq!(directions(&scene, many.clone()), 0, "there is no sky");
+    scene.sky = Some(sky.clone());
+    assert_eq!((directions(&scene, one.clone()), directions(&scene, many.clone())), (0, 8));
+    assert_eq!(directions(&scene, Settings { taa: true, ..one.clone() }), 8);
+    assert_eq!(directions(&scene, Settings { sky_shadows: Some(3), ..one }), 3);
+    assert_eq!(directions(&scene, Settings { sky_shadows: Some(0), ..many.clone() }), 0);
+    assert_eq!(directions(&scene, Settings { sky_light: false, ..many.clone() }), 0, "it lights nothing");
+    // A plan without lights that have maps leaves their code out.
+    scene.lights.clear();
+    let plan = samples::plan(&scene, &many);
+    assert!(plan.has_sky_shadows() && !plan.has_light_maps() && !plan.has_directional_shadows());
+    scene.objects.iter_mut().for_each(|object| object.casts_shadow = CastsShadow::No);
+    assert_eq!(directions(&scene, many), 0, "nothing hides any of it");
 }

@@ -576,3 +576,36 @@ fn a_ground_that_reaches_beyond_all_casters_leaves_their_order() {
         assert_eq!(orders, [[1, 0, 2]], "{light:?}");
     }
 }
+
+/// A map each, which holds the whole scene, is kept while its direction stays, and is drawn anew when another takes its place.
+#[test]
+fn directions_of_the_sky_see_all_of_the_scene_and_are_drawn_when_they_change() {
+    let mut scene = scene(&[(DVec3::ZERO, DVec3::ONE), (DVec3::X * 4.0, DVec3::ONE)], Vec::new());
+    let image = crate::scene::SkyImage::of("even", 8, |_| DVec3::ONE).into();
+    scene.sky =
+        Some(crate::scene::Sky { image, rotation_degrees: 0.0, nits: 1.0, lights: true, shown: true, sun: None });
+    let settings = Settings { sky_shadows: Some(4), ..settings(three()) };
+    let plan = samples::plan(&scene, &settings);
+    let mut world = World::of(&scene, &settings, &plan, 1.0);
+    let camera = Camera::looking_at(DVec3::new(2.0, 2.0, 12.0), DVec3::new(2.0, 0.0, 0.0), DVec3::Y);
+    let shadow = plan.shadow.as_ref().expect("maps");
+    let mut cache = ShadowCache::default();
+    let mut frame = |world: &World| {
+        let visible = Visible::of(world, &camera, &plan);
+        let draws = cache.stale(world, shadow, &camera, &visible);
+        cache.keep(world, &camera, &visible, &draws);
+        (visible, draws.len())
+    };
+    let (visible, drawn) = frame(&world);
+    assert_eq!((visible.shadows.len(), drawn, frame(&world).1), (4, 4, 0));
+    for (view, direction) in visible.shadows.iter().flatten().zip(&world.sky_directions) {
+        assert_eq!(view.casters.len(), 2);
+        let toward = view.texel_rows(&camera)[2].truncate().as_dvec3().normalize();
+        assert!(toward.distance(direction.to_light) < 1e-6, "{toward} {}", direction.to_light);
+        for corner in [world.bounds.min, world.bounds.max] {
+            assert!(room(view, map(view, corner).0) > 0.0, "{corner}");
+        }
+    }
+    world.aim_sky(&plan, 1);
+    assert_eq!((frame(&world).1, frame(&world).1), (4, 0));
+}

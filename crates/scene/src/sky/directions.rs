@@ -50,7 +50,12 @@ impl SkyDistribution {
             rows.push(rows.last().copied().unwrap_or(0.0) + sum);
         }
         let all = rows.last().copied().unwrap_or(0.0);
-        (all > 0.0 && sky.nits > 0.0).then(|| Self { sky: Sky { image: image.into(), ..sky.clone() }, width, rows, texels })
+        (all > 0.0 && sky.nits > 0.0).then(|| Self {
+            sky: Sky { image: image.into(), ..sky.clone() },
+            width,
+            rows,
+            texels,
+        })
     }
 
     /// The lights of frame `index` of a picture: the mean over all frames from 0 on is the sky, however many they are.

@@ -30,6 +30,23 @@ pub const CASES: &[Case] = &[
         // The split sum errs for a lobe at grazing angles: no number of directions mends it.
         .claim([64.0, 4096.0], Bound { worst: 0.35, mean: 0.01 })
         .check(Check::Picture(directions)),
+    case(
+        "sky/drawn",
+        "a matt ball under a patch so many times as bright as the rest, by 512 directions drawn from the sky",
+    )
+    .over(SweepValues::Decades(0, 6), "")
+    .claim([1.0, 1e6], Bound { worst: 0.02, mean: 0.01 })
+    .check(Check::Picture(drawn)),
+    case("sky/one-texel", "the same where so much of a dark sky is lit as one of so many texels around")
+        .over(SweepValues::List(&[2.0, 8.0, 32.0, 128.0, 512.0]), "texels")
+        // The truth adds up texels of 1.4 degrees and the picture draws directions within them.
+        .claim([2.0, 512.0], Bound { worst: 0.02, mean: 0.01 })
+        .check(Check::Picture(one_texel)),
+    case("sky/indoors", "a card that shines with 1 nit in a closed room, in a sky of so many")
+        .over(SweepValues::Decades(-2, 6), "nits")
+        // A texel of a map in a hundred thousand that looks past a corner would show.
+        .claim([0.01, 1e5], Bound { worst: 0.01, mean: 1e-4 })
+        .check(Check::Picture(indoors)),
 ];
 
 fn sky(radiance: impl Fn(DVec3) -> DVec3 + Sync) -> Sky {
@@ -83,4 +100,44 @@ fn contrast(times: f64) -> Subject {
 fn directions(count: f64) -> Subject {
     let settings = SettingsPatch { sky_samples: Some(count as u32), ..SettingsPatch::default() };
     ball(white(0.5), patch(100.0), settings)
+}
+
+/// Lights by 512 directions of the sky, each with its shadow.
+fn with_shadows() -> SettingsPatch {
+    SettingsPatch { samples: Some(16), sky_shadows: Some(32), ..SettingsPatch::default() }
+}
+
+fn drawn(times: f64) -> Subject {
+    ball(matt(), patch(times), with_shadows())
+}
+
+fn one_texel(width: f64) -> Subject {
+    let dark = SkyImage::of("one texel", width as u32, |_| DVec3::ZERO);
+    let (middle, last) = (dark.texels.len() / 2, dark.texels.len() - 1);
+    let mut texels = dark.texels.clone();
+    // At half the height, where its picture starts again: the edge lies in the texel.
+    texels[middle.min(last)] = [1e6; 3];
+    let sky = Sky { image: Arc::new(SkyImage { texels, ..dark }), ..sky(|_| DVec3::ZERO) };
+    ball(matt(), sky, with_shadows())
+}
+
+fn indoors(nits: f64) -> Subject {
+    let mut stage = SceneBuilder::default();
+    let wall = stage.material(matt());
+    // Walls of a brick's thickness: what has none hides nothing from light along it.
+    for axis in DVec3::AXES {
+        for side in [-1.0, 1.0] {
+            let size = DVec3::splat(4.2) - axis * 4.0;
+            let mesh = stage.mesh("wall", shapes::cuboid(size.to_array()), wall);
+            stage.place(mesh, wall, DAffine3::from_translation(axis * (2.0 * side)));
+        }
+    }
+    let glow = Material { brdf: Brdf::Lambert, base_color: Vec3::ZERO, emissive: Vec3::ONE, ..Material::default() };
+    let shining = stage.material(glow);
+    let card = stage.mesh("card", shapes::cuboid([0.5, 0.5, 0.1]), shining);
+    stage.place(card, shining, DAffine3::from_translation(DVec3::Z * -1.0));
+    stage.scene.camera = Camera::looking_at(DVec3::new(0.3, 0.5, 1.6), DVec3::new(0.0, 0.0, -1.0), DVec3::Y);
+    stage.scene.sky = Some(Sky { nits: nits as f32, ..sky(|_| DVec3::ONE) });
+    let settings = SettingsPatch { exposure: Some(0.0), hdr_format: Some(HdrFormat::Rgba32f), ..with_shadows() };
+    Subject { floor: 1.0, ..Subject::with(stage.scene, settings.or(&float32())) }
 }
