@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use glam::{DVec2, DVec3, Vec3};
 
-use super::Sky;
+use super::{Sky, SkyImage};
 
 /// Width of the image that directions are drawn from: a texel is 1.4 degrees.
 const DRAWN_WIDTH: u32 = 256;
@@ -37,6 +37,10 @@ impl SkyDistribution {
         let mut image = (*sky.image).clone();
         while image.size[0] > DRAWN_WIDTH {
             image = image.halved();
+        }
+        if image.size[0] < DRAWN_WIDTH / 2 {
+            // Between large texels light changes gradually.
+            image = SkyImage::of(&image.name, DRAWN_WIDTH, |direction| image.look(direction));
         }
         let width = image.size[0] as usize;
         let weights = image.directions().map(|(_, steradians, value)| steradians * value.element_sum());
@@ -100,7 +104,6 @@ fn place(sums: &[f64], share: f64) -> (usize, f64) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::SkyImage;
     use super::*;
 
     fn sky(radiance: impl Fn(DVec3) -> DVec3 + Sync) -> Sky {
@@ -151,8 +154,8 @@ mod tests {
         let toward = Sky { rotation_degrees: -30.0, ..sky.clone() }.turned(DVec3::X);
         let sum: Vec3 = drawn.iter().map(|own| own.lux).sum();
         let exact = sky.image.directions().map(|(_, steradians, value)| value.z * steradians * 3.0).sum::<f64>();
-        assert!(drawn.iter().all(|own| own.to_light.dot(toward) > 0.98 && own.lux.x == 0.0));
-        assert!((f64::from(sum.z) / exact - 1.0).abs() < 1e-6, "{sum} {exact}");
+        assert!(drawn.iter().all(|own| own.to_light.dot(toward) > 0.97 && own.lux.x == 0.0));
+        assert!((f64::from(sum.z) / exact - 1.0).abs() < 0.01, "{sum} {exact}");
     }
 
     #[test]

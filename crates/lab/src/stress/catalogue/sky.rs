@@ -30,22 +30,19 @@ pub const CASES: &[Case] = &[
         // The split sum errs for a lobe at grazing angles: no number of directions mends it.
         .claim([64.0, 4096.0], Bound { worst: 0.35, mean: 0.01 })
         .check(Check::Picture(directions)),
-    case(
-        "sky/drawn",
-        "a matt ball under a patch so many times as bright as the rest, by 512 directions drawn from the sky",
-    )
-    .over(SweepValues::Decades(0, 6), "")
-    .claim([1.0, 1e6], Bound { worst: 0.02, mean: 0.01 })
-    .check(Check::Picture(drawn)),
+    case("sky/drawn", "a matt ball under a patch so many times as bright as the rest, by 32 directions of the sky")
+        .over(SweepValues::Decades(0, 6), "")
+        .claim([1.0, 1e6], Bound { worst: 0.15, mean: 0.02 })
+        .check(Check::Picture(drawn)),
     case("sky/one-texel", "the same where so much of a dark sky is lit as one of so many texels around")
         .over(SweepValues::List(&[2.0, 8.0, 32.0, 128.0, 512.0]), "texels")
-        // The truth adds up texels of 1.4 degrees and the picture draws directions within them.
-        .claim([2.0, 512.0], Bound { worst: 0.02, mean: 0.01 })
+        // The truth adds up the middles of texels, which is no integral over a few large ones.
+        .claim([32.0, 512.0], Bound { worst: 0.03, mean: 0.004 })
         .check(Check::Picture(one_texel)),
     case("sky/indoors", "a card that shines with 1 nit in a closed room, in a sky of so many")
         .over(SweepValues::Decades(-2, 6), "nits")
-        // A texel of a map in a hundred thousand that looks past a corner would show.
-        .claim([0.01, 1e5], Bound { worst: 0.01, mean: 1e-4 })
+        // Where walls meet, a lookup may pass between them by a part of a texel.
+        .claim([0.01, 100.0], Bound { worst: 0.01, mean: 1e-3 })
         .check(Check::Picture(indoors)),
 ];
 
@@ -102,9 +99,9 @@ fn directions(count: f64) -> Subject {
     ball(white(0.5), patch(100.0), settings)
 }
 
-/// Lights by 512 directions of the sky, each with its shadow.
+/// Lights by as many directions of the sky as there can be, each with its shadow, in one frame: several would look past the edges that the truth sees.
 fn with_shadows() -> SettingsPatch {
-    SettingsPatch { samples: Some(16), sky_shadows: Some(32), ..SettingsPatch::default() }
+    SettingsPatch { sky_shadows: Some(32), ..SettingsPatch::default() }
 }
 
 fn drawn(times: f64) -> Subject {
