@@ -56,7 +56,7 @@ impl Destination {
             (Sink::File(path), _) if path.is_dir() => PictureFormat::Png,
             (Sink::File(_), Some(other)) => {
                 return Err(format!(
-                    "'.{other}' is not written; use .png or .exr, or .mp4, .webm, .mov or .gif for several pictures"
+                    "'.{other}' is not written; use .png or .exr; of several pictures `render` makes .mp4, .webm, .mov or .gif"
                 ));
             }
             (Sink::File(_), None) => return Err("the name must end in .png or .exr".into()),

@@ -6,7 +6,7 @@ use afterlight::frame::{Picture, Pixels};
 use afterlight::scene::{SettingsPatch, counted};
 
 use super::Args;
-use super::scenes::{name_of, one, verdict};
+use super::scenes::{names_of, one, verdict};
 use crate::contact_sheet::{self, SheetTile};
 use crate::failure::{Exit, Failure};
 use crate::image_output::PictureFormat;
@@ -76,12 +76,11 @@ pub fn draw_sheet(args: &Args, is_verbose: bool) -> Result<(), Failure> {
     let size = settings.said.size.unwrap_or(TILE);
     let mut tiles = Vec::new();
     let mut failures: Vec<(&str, Failure)> = Vec::new();
-    for scene in &args.scenes {
+    for (scene, label) in args.scenes.iter().zip(names_of(&args.scenes)) {
         let kept = super::Tiles::default();
         let args = Args { settings: settings.clone(), tiles: Some(kept.clone()), ..args.clone() };
         let (_, files, outcome) = one(&args, scene, is_verbose)?;
         output::spare([&args.output.sink], &files)?;
-        let label = name_of(scene);
         let picture = kept.borrow_mut().pop();
         tiles.push(match (picture, &outcome) {
             (Some(Picture { pixels: Pixels::Srgb8(rgba), .. }), Ok(())) => SheetTile { label, size, rgba },

@@ -24,7 +24,7 @@ pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
             false => folder::draw_sheet(&args, is_verbose),
         };
     }
-    let targets: Vec<Destination> = args.scenes.iter().map(|scene| args.output.named(&name_of(scene))).collect();
+    let targets: Vec<Destination> = names_of(&args.scenes).iter().map(|name| args.output.named(name)).collect();
     check_sinks(args, &targets)?;
     let mut cases = Vec::new();
     let mut failures: Vec<(&str, Failure)> = Vec::new();
@@ -110,6 +110,27 @@ pub(super) fn name_of(scene: &str) -> String {
     }
 }
 
+/// A name for each scene. Of scenes whose files have one name each is told apart by its extension, its folder, or all of its path.
+pub(super) fn names_of(scenes: &[String]) -> Vec<String> {
+    let folder = |scene: &str| Path::new(scene).parent().and_then(Path::file_name).unwrap_or_default().to_string_lossy().into_owned();
+    let extension = |scene: &str| Path::new(scene).extension().unwrap_or_default().to_string_lossy().into_owned();
+    let forms: [&dyn Fn(&str) -> String; 5] = [
+        &name_of,
+        &|scene| format!("{}-{}", name_of(scene), extension(scene)),
+        &|scene| format!("{}-{}", folder(scene), name_of(scene)),
+        &|scene| format!("{}-{}-{}", folder(scene), name_of(scene), extension(scene)),
+        &|scene| scene.replace(|c: char| !c.is_alphanumeric(), "-"),
+    ];
+    let named = |scene: &String| {
+        let alike: Vec<_> = scenes.iter().filter(|other| name_of(other) == name_of(scene)).collect();
+        let are_apart = |form: &&&dyn Fn(&str) -> String| {
+            alike.iter().filter(|other| form(other) == form(scene)).count() <= 1
+        };
+        forms.iter().find(are_apart).unwrap_or(&forms[0])(scene)
+    };
+    scenes.iter().map(named).collect()
+}
+
 /// Finds out before the work whether all results can be written, each to a place of its own.
 fn check_sinks(args: &Args, targets: &[Destination]) -> Result<(), Failure> {
     let name = "give -o a name with {name} in it, as -o {name}.png";
@@ -144,6 +165,17 @@ mod tests {
     fn a_scene_is_named_after_its_file_or_what_is_built_in() {
         let names = ["a/b.c.obj", "builtin:hall?detail=8&seed=2", "scene.toml"].map(name_of);
         assert_eq!(names, ["b.c", "hall-detail-8-seed-2", "scene"]);
+    }
+
+    #[test]
+    fn files_of_one_name_are_told_apart() {
+        let names = |scenes: &[&str]| names_of(&scenes.iter().map(|scene| (*scene).to_owned()).collect::<Vec<_>>());
+        assert_eq!(names(&["a/box.obj", "b/ball.obj"]), ["box", "ball"]);
+        assert_eq!(names(&["a/box.obj", "a/box.glb", "b/ball.obj"]), ["box-obj", "box-glb", "ball"]);
+        assert_eq!(names(&["a/box.obj", "b/box.obj"]), ["a-box", "b-box"]);
+        assert_eq!(names(&["a/b/box.obj", "c/b/box.obj"]), ["a-b-box-obj", "c-b-box-obj"]);
+        // The same twice has one picture, which is refused.
+        assert_eq!(names(&["a/box.obj", "a/box.obj"]), ["box", "box"]);
     }
 
     #[test]

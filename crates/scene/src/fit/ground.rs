@@ -6,9 +6,9 @@ use crate::sky::Studio;
 use crate::{Aabb, Brdf, CastsShadow, Material, Mesh, Object, Playing, Scene};
 
 /// Its albedo alone in the studio, the code 186 of 8-bit sRGB, so that a G-buffer keeps it as it is; and where a model's own lights are exposed for, too: the
-/// code 243.
+/// code 214.
 pub const ALBEDO: f32 = 0.4910208;
-pub const ALBEDO_BESIDE_LIGHTS: f32 = 0.896_269_4;
+pub const ALBEDO_BESIDE_LIGHTS: f32 = 0.672_443_2;
 /// Corners of the disc.
 const CORNERS: u32 = 64;
 /// The disc's radius over the model's: a fitted camera sees no end of it.
