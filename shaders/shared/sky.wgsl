@@ -66,3 +66,8 @@ fn mirrored_sky(surface: Surface, perceptual_roughness: f32) -> vec3<f32> {
     let own = collected(surface, perceptual_roughness);
     return (own.single * own.lobe + own.again * own.base) * frame.sky_scale;
 }
+
+// Light of the sky collected by the cosine about a normal, in nits: the light that a white lambert surface reflects.
+fn even_sky(normal: vec3<f32>) -> vec3<f32> {
+    return textureSampleLevel(sky_base, sky_sampler, to_sky(normal), 0.0).rgb * frame.sky_scale;
+}
