@@ -3,10 +3,11 @@
 // variants: PLANTED
 // precise
 // counts: 2; with PLANTED 1
-#import afterlight::brdf::{ambient_lobe, cook_torrance_surface, ggx_lobe, half_vector, phong_surface, reflect_ambient, reflect_light, schlick, smith_root, squared_alpha, Dielectric, COOK_TORRANCE, PHONG, BLINN_PHONG}
+#import afterlight::brdf::{ambient_lobe, cook_torrance_surface, ggx_lobe, half_vector, phong_surface, reflect_ambient, reflect_light, schlick, smith_root, squared_alpha, Dielectric, COOK_TORRANCE, PHONG, BLINN_PHONG, MIN_N_DOT_V}
 #import afterlight::encodings::{decode_normal, decode_shininess, encode_normal, encode_shininess, octahedral, octahedral_decode, OCTAHEDRAL}
 #import afterlight::frame::{position_at}
 #import afterlight::lights::{reach_of, Light, ALL_TRAITS, MIXED_FALLOFF}
+#import afterlight::lobes::{sheen_lobe, take_sheen}
 #import afterlight::tonemapping::{encode_srgb, tone_map}
 #ifdef PLANTED
 #import afterlight::textbook::{textbook_light}
@@ -57,6 +58,17 @@ fn phong_of(in: Input, brdf: u32) -> vec3<f32> {
 #else
     return reflect_light(surface, brdf, in.c.xyz, n_dot_l) * n_dot_l;
 #endif
+}
+
+// normal and roughness, view, light, colour
+fn sheen_of(in: Input) -> vec3<f32> {
+    let n_dot_l = dot(in.a.xyz, in.c.xyz);
+    if n_dot_l <= 0.0 {
+        return vec3(0.0);
+    }
+    let n_dot_v = max(dot(in.a.xyz, in.b.xyz), MIN_N_DOT_V);
+    take_sheen(vec4(in.d.xyz, in.a.w), n_dot_v);
+    return sheen_lobe(in.a.xyz, in.b.xyz, n_dot_v, in.c.xyz, n_dot_l) * n_dot_l;
 }
 
 // normal and roughness, light + view
@@ -114,6 +126,7 @@ fn evaluate(in: Input) -> vec4<f32> {
         case 11u: { return vec4(encode_srgb(in.a.xyz), 0.0); }
         case 12u: { return vec4(position_of(in), 0.0); }
         case 13u: { return vec4(decode_shininess(encode_shininess(in.a.x)), 0.0, 0.0, 0.0); }
+        case 15u: { return vec4(sheen_of(in), 0.0); }
         default: { return vec4(reach_of(light_of(in), vec3(0.0), MIXED_FALLOFF, ALL_TRAITS).to_light, 0.0); }
     }
 }

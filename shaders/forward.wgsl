@@ -1,12 +1,15 @@
-// FORWARD and TRANSPARENT: surfaces are lit while they are rasterized, by the same code as in LIGHTING.
-// variants: TEXTURED NORMAL_MAP EXTRAS LIGHTS UNIFORM_BUFFER CLUSTERED SHADOW WEIGHTED SKY_LIGHT
+// FORWARD, LOBES and TRANSPARENT: surfaces are lit while they are rasterized, by the same code as in LIGHTING.
+// variants: TEXTURED NORMAL_MAP EXTRAS LIGHTS UNIFORM_BUFFER CLUSTERED SHADOW WEIGHTED SKY_LIGHT LOBES
 // requires: NORMAL_MAP -> TEXTURED
 // requires: UNIFORM_BUFFER -> LIGHTS
 // requires: CLUSTERED -> LIGHTS
 // requires: SHADOW -> LIGHTS | SKY_LIGHT
+// requires: LOBES -> EXTRAS
 // excludes: SKY_LIGHT UNIFORM_BUFFER
+// excludes: LOBES UNIFORM_BUFFER
+// excludes: LOBES WEIGHTED
 // precise
-// counts: 180; with TEXTURED 120, NORMAL_MAP 60, EXTRAS 90, LIGHTS 144, UNIFORM_BUFFER 48, CLUSTERED 72, SHADOW 84, WEIGHTED 90, SKY_LIGHT 72
+// counts: 213; with TEXTURED 142, NORMAL_MAP 71, EXTRAS 123, LIGHTS 168, UNIFORM_BUFFER 48, CLUSTERED 84, SHADOW 99, WEIGHTED 90, SKY_LIGHT 90, LOBES 33
 #import afterlight::frame::{frame, view_ray, ORTHOGRAPHIC}
 #import afterlight::encodings::{encode_shininess}
 #import afterlight::brdf::{coat_share, usual_dielectric, Dielectric, Surface}
@@ -30,6 +33,9 @@
 #ifdef CLUSTERED
 #import afterlight::shading::{add_punctual}
 #import afterlight::clusters::{cluster_at, cluster_lights}
+#endif
+#ifdef LOBES
+#import afterlight::lobes::{take_lobes}
 #endif
 #import afterlight::fogged::{seen_through_air}
 #import afterlight::texel::{Texel}
@@ -285,6 +291,9 @@ fn shade(in: Varying, front: bool) -> vec4<f32> {
     texel.receives = RECEIVES;
     let model = Model(BRDF, FALLOFF, TRAITS, DIRECTIONAL_SHADOWS, PUNCTUAL_SHADOWS, SHADOW_FILTER, TEXTBOOK);
     var surface = surface_of(texel, model);
+#ifdef LOBES
+    take_lobes(push.lobes, point.sheen, surface.n_dot_v);
+#endif
     var alpha = select(saturate(point.base.a), 1.0, OPACITY == HIDES);
     if OPACITY == GLASS {
         // The body's share of the light; the mirrored light is whole.

@@ -55,8 +55,8 @@ pub use reasons::Reasons;
 pub use shading::Shading;
 pub use shadows::{MapProjection, ShadowLight, ShadowPlan, SkyShadows, Tile};
 pub use surfaces::{
-    DeformPlan, EffectiveMaterials, Extras, ForwardKey, GeometryKey, IndexWidth, MeshPlan, NumberedMesh, Opacity,
-    PlannedBrdf, PlannedDeform, PlannedLevel, PlannedMesh, PlannedTexture, SetSamplers, Streams, TextureMask,
+    DeformPlan, EffectiveMaterials, Extras, ForwardKey, GeometryKey, IndexWidth, LobeMask, MeshPlan, NumberedMesh,
+    Opacity, PlannedBrdf, PlannedDeform, PlannedLevel, PlannedMesh, PlannedTexture, SetSamplers, Streams, TextureMask,
     TexturePlan, TextureSource, Uploads, texture_format,
 };
 pub use targets::{BufferName, DEPTH, OitTargets, OwnTarget, Target, TargetName};
@@ -158,6 +158,8 @@ pub struct FramePlan {
     pub lod: f32,
     /// One pipeline of GEOMETRY each, or of FORWARD.
     pub geometry: BTreeSet<GeometryKey>,
+    /// One pipeline of LOBES each.
+    pub lobes: BTreeSet<GeometryKey>,
     /// One pipeline of TRANSPARENT each.
     pub transparent: BTreeSet<GeometryKey>,
     /// The vertex streams that there are.
@@ -260,15 +262,23 @@ impl FramePlan {
         self.shadow.as_ref().is_some_and(|shadow| kept || shadow.lights.iter().any(|light| kind(light.projection)))
     }
 
+    /// Returns true if some surfaces are lit as they are drawn.
+    pub fn lights_as_drawn(&self) -> bool {
+        self.is_forward() || self.transparency.is_some() || self.relights()
+    }
+
     /// Returns true if each froxel has a list of lights.
     pub fn has_clusters(&self) -> bool {
         let forward = match self.light_path {
             LightPath::Clustered => true,
             LightPath::Forward => self.lists_as_drawn,
-            // Transparent surfaces are lit as they are drawn, by any light path.
+            // Transparent surfaces and those with lobes are lit as they are drawn, by any light path.
             LightPath::ForwardNaive => false,
             // Effects that are blended are lit before they are drawn.
-            _ => self.lists_as_drawn && self.transparency.is_some() && self.blended_alone().is_none(),
+            _ => {
+                self.lists_as_drawn
+                    && (self.relights() || self.transparency.is_some() && self.blended_alone().is_none())
+            }
         };
         forward && self.may_list_lights()
     }

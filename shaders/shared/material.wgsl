@@ -22,6 +22,8 @@ struct Push {
     normal_scale: f32,
     // The index of the material's first row in `uv_maps`.
     first_uv_map: u32,
+    // That of its row of lobes.wgsl, where it has one.
+    lobes: u32,
 }
 
 var<immediate> push: Push;
@@ -37,6 +39,9 @@ var<immediate> push: Push;
 @group(1) @binding(4) var emissive_texture: texture_2d_array<f32>;
 @group(1) @binding(5) var specular_texture: texture_2d_array<f32>;
 @group(1) @binding(6) var shininess_texture: texture_2d_array<f32>;
+#ifdef LOBES
+@group(1) @binding(7) var sheen_texture: texture_2d_array<f32>;
+#endif
 #else
 @group(1) @binding(0) var base_color_texture: texture_2d<f32>;
 @group(1) @binding(1) var normal_texture: texture_2d<f32>;
@@ -45,6 +50,9 @@ var<immediate> push: Push;
 @group(1) @binding(4) var emissive_texture: texture_2d<f32>;
 @group(1) @binding(5) var specular_texture: texture_2d<f32>;
 @group(1) @binding(6) var shininess_texture: texture_2d<f32>;
+#ifdef LOBES
+@group(1) @binding(7) var sheen_texture: texture_2d<f32>;
+#endif
 #endif
 // Each texture's sampler. Where a material's textures are all sampled alike, these are names of one, at binding 15.
 @group(1) @binding(16) var base_color_sampler: sampler;
@@ -54,6 +62,9 @@ var<immediate> push: Push;
 @group(1) @binding(20) var emissive_sampler: sampler;
 @group(1) @binding(21) var specular_sampler: sampler;
 @group(1) @binding(22) var shininess_sampler: sampler;
+#ifdef LOBES
+@group(1) @binding(23) var sheen_sampler: sampler;
+#endif
 
 #ifdef EXTRAS
 // The mapping of a texture onto a mesh: rows of the map from texture coordinates and 1 to the image.
@@ -76,6 +87,7 @@ const OCCLUSION_SLOT: u32 = 3u; // host
 const EMISSIVE_SLOT: u32 = 4u; // host
 const SPECULAR_SLOT: u32 = 5u; // host
 const SHININESS_SLOT: u32 = 6u; // host
+const SHEEN_SLOT: u32 = 7u; // host
 
 // Bits of TEXTURES in the passes: which of a material's textures exist. The variables of others are names of one that does, and are never
 // sampled. The bit of a slot is that of its binding.
@@ -85,6 +97,7 @@ const OCCLUSION: u32 = 8u; // host
 const EMISSIVE: u32 = 16u; // host
 const SPECULAR: u32 = 32u; // host
 const SHININESS: u32 = 64u; // host
+const SHEEN: u32 = 128u; // host
 
 // A material's values at a point, in its own terms.
 struct Point {
@@ -98,6 +111,10 @@ struct Point {
     specular: vec3<f32>,
     // The strength of the specular, from a texture's alpha.
     strength: f32,
+#ifdef LOBES
+    // Its texture alone: lobes.wgsl has the factors.
+    sheen: vec4<f32>,
+#endif
 }
 
 // The texture coordinates of a place on a mesh.
@@ -107,6 +124,7 @@ struct Uvs {
     base_and_normal: vec4<f32>,
     metal_and_occlusion: vec4<f32>,
     emissive_and_specular: vec4<f32>,
+    // And of the sheen, where it is drawn.
     of_shininess: vec4<f32>,
     // The layer of each texture in which the instance's cell lies.
     layer: u32,
@@ -132,7 +150,11 @@ fn mapped_uvs(first: vec2<f32>, second: vec2<f32>, look: vec4<u32>) -> Uvs {
         vec4(mapped_uv(0u, first, second), mapped_uv(1u, first, second)),
         vec4(mapped_uv(2u, first, second), mapped_uv(3u, first, second)),
         vec4(mapped_uv(4u, first, second), mapped_uv(5u, first, second)),
+#ifdef LOBES
+        vec4(mapped_uv(6u, first, second), mapped_uv(7u, first, second)),
+#else
         vec4(mapped_uv(6u, first, second), 0.0, 0.0),
+#endif
         layer_of(look.w),
     );
 }
@@ -230,11 +252,26 @@ fn point_at(uvs: Uvs, textures: u32) -> Point {
         point.specular *= texel.rgb;
         point.strength = texel.a;
     }
+#ifdef LOBES
+    if (textures & SHEEN) != 0u {
+        point.sheen = texel_of(SHEEN_SLOT, sheen_texture, sheen_sampler, uvs);
+    }
+#endif
     return point;
 }
 #endif
 
 // The material without its textures.
 fn plain_point() -> Point {
-    return Point(vec4(push.base_color, push.alpha), push.ambient, push.metallic, push.roughness, push.specular, 1.0);
+    var point: Point;
+    point.base = vec4(push.base_color, push.alpha);
+    point.ambient = push.ambient;
+    point.metallic = push.metallic;
+    point.roughness = push.roughness;
+    point.specular = push.specular;
+    point.strength = 1.0;
+#ifdef LOBES
+    point.sheen = vec4(1.0);
+#endif
+    return point;
 }

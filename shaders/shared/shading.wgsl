@@ -14,6 +14,12 @@
 #ifdef SKY_LIGHT
 #import afterlight::sky::{sky_light}
 #endif
+#ifdef LOBES
+#import afterlight::lobes::{gathering, left_by_lobes, over_surface, scattered_by_lobes}
+#ifdef SKY_LIGHT
+#import afterlight::sky::{even_sky}
+#endif
+#endif
 
 // The plan's knowledge of the scene. Passes fill it from specialization constants, so that absent features cost nothing.
 struct Model {
@@ -58,7 +64,12 @@ fn reflected(surface: Surface, model: Model, to_light: vec3<f32>, n_dot_l: f32) 
     if model.textbook {
         return textbook_light(surface, brdf_of(surface, model), to_light, n_dot_l);
     }
+#ifdef LOBES
+    let below = reflect_light(surface, brdf_of(surface, model), to_light, n_dot_l);
+    return over_surface(below, surface.normal, surface.view, surface.n_dot_v, to_light, n_dot_l);
+#else
     return reflect_light(surface, brdf_of(surface, model), to_light, n_dot_l);
+#endif
 }
 
 // Light from two half-spheres, sky and ground. The base collects it by the cosine, which is exact: mean + tilt n.y. The lobe is taken to do the same
@@ -78,6 +89,13 @@ fn mirrored_ambient(surface: Surface, texel: Texel, model: Model) -> vec3<f32> {
     let mirrored_y = 2.0 * dot(surface.normal, surface.view) * surface.normal.y - surface.view.y;
     return max((frame.ambient + frame.ambient_tilt * mirrored_y) * texel.occlusion * lobe, vec3(0.0));
 }
+
+#ifdef LOBES
+// Ambient light that lobes beside base and highlight scatter.
+fn ambient_of_lobes(surface: Surface, texel: Texel) -> vec3<f32> {
+    return max((frame.ambient + frame.ambient_tilt * surface.normal.y) * texel.occlusion, vec3(0.0)) * scattered_by_lobes();
+}
+#endif
 
 #ifdef LIGHTS
 // The addend of directional light number `i`.
@@ -158,10 +176,20 @@ struct Everywhere {
 fn light_everywhere(surface: Surface, texel: Texel, model: Model, which: Everywhere) -> vec3<f32> {
     var radiance = vec3(0.0);
     if which.ambient {
+#ifdef LOBES
+        radiance += ambient_light(surface, texel, model) * left_by_lobes() + ambient_of_lobes(surface, texel);
+#else
         radiance += ambient_light(surface, texel, model);
+#endif
     }
 #ifdef SKY_LIGHT
+#ifdef LOBES
+    let below = sky_light(surface, brdf_of(surface, model), texel) * left_by_lobes();
+    let toward = gathering(surface.normal, surface.view, surface.n_dot_v);
+    radiance += (below + even_sky(toward) * scattered_by_lobes()) * texel.occlusion;
+#else
     radiance += sky_light(surface, brdf_of(surface, model), texel) * texel.occlusion;
+#endif
 #endif
 #ifdef LIGHTS
     if which.directional {

@@ -75,7 +75,7 @@ struct SkyDirection {
     lux: vec3<f32>,
 }
 
-@group(0) @binding(11) var<uniform> sky_directions: array<SkyDirection, SKY_DIRECTIONS>;
+@group(0) @binding(12) var<uniform> sky_directions: array<SkyDirection, SKY_DIRECTIONS>;
 
 // What arrives of the sky's light.
 struct Arrived {
@@ -85,10 +85,14 @@ struct Arrived {
     lobe: f32,
 }
 
+// The share of light collected by the cosine that arrives at the surface which is lit.
+var<private> arrived_share: f32 = 1.0;
+
 // The base is an estimate without bias, whose mean over frames is the integral. A lobe may be far narrower than the directions lie apart, so that their sum would be
 // dark in one frame and far too bright in another: of it only the share that is hidden is estimated, and the light is that of the prefiltered sky.
 fn arrived(surface: Surface, brdf: u32, texel: Texel) -> Arrived {
     var base = vec3(0.0);
+    var sum = 0.0;
     var weights = 0.0;
     var met = 0.0;
     let alpha_squared = max(surface.alpha_squared, WIDEST_OF_NARROW);
@@ -104,6 +108,7 @@ fn arrived(surface: Surface, brdf: u32, texel: Texel) -> Arrived {
             seen = visibility_in(shadow_views[SKY_MAP + i], texel.position, texel.geometric_normal, BOX_TWO);
         }
         base += own.lux * (n_dot_l * seen);
+        sum += n_dot_l * dot(own.lux, vec3(1.0));
         if brdf == COOK_TORRANCE && SKY_LOBE_SHADOWS {
             let smith = n_dot_l * surface.smith_v + surface.n_dot_v * smith_root(n_dot_l, alpha_squared);
             let half = half_vector(own.to_light + surface.view).direction;
@@ -112,6 +117,7 @@ fn arrived(surface: Surface, brdf: u32, texel: Texel) -> Arrived {
             met += weight * seen;
         }
     }
+    arrived_share = select(1.0, dot(base, vec3(1.0)) / sum, sum > 0.0);
     return Arrived(base / PI, select(1.0, met / weights, weights > 0.0));
 }
 #endif
@@ -143,4 +149,14 @@ fn sky_light(surface: Surface, brdf: u32, texel: Texel) -> vec3<f32> {
 fn mirrored_sky(surface: Surface, perceptual_roughness: f32) -> vec3<f32> {
     let own = collected(surface, perceptual_roughness);
     return (own.single * own.lobe + own.again * own.base) * frame.sky_scale;
+}
+
+// Light of the sky collected by the cosine about a normal, in nits: the light that a white lambert surface reflects. After `sky_light`, which finds the share that
+// arrives.
+fn even_sky(normal: vec3<f32>) -> vec3<f32> {
+    var share = 1.0;
+#ifdef SHADOW
+    share = arrived_share;
+#endif
+    return textureSampleLevel(sky_base, sky_sampler, to_sky(normal), 0.0).rgb * (frame.sky_scale * share);
 }

@@ -7,8 +7,8 @@
 use super::list::OrderEntry::{self, Draw, DrawApart, Run, RunPosed, SplitIf};
 use crate::passes::{
     aberration, ambient, ao, ao_denoise, arrange, bloom, composite, cull, depth, fill, fog, forward, fxaa, geometry,
-    hiz, integrate, lighting, occluders, particles, per_light, pyramid, reflect, reflect_resolve, scatter, shadow,
-    sharpen, simulate, skin, sky, sort, taa, tiled, tone, tonemap, transparent, velocity, view,
+    hiz, integrate, lighting, lobes, occluders, particles, per_light, pyramid, reflect, reflect_resolve, scatter,
+    shadow, sharpen, simulate, skin, sky, sort, taa, tiled, tone, tonemap, transparent, velocity, view,
 };
 use crate::scene::OptionalPart;
 
@@ -36,7 +36,7 @@ pub(super) const ORDER: &[OrderEntry] = &[
     Run(&ao::PASS),                              // how much of the surroundings each pixel sees
     Run(&ao_denoise::PASS),                      // the same without noise, into the G-buffer's occlusion
     Run(&tiled::PASS),                           // all light and the picture, on the light paths `compute` and `visibility`
-    Draw(&lighting::PASS, &[&lighting::PASS, &per_light::PASS, &ambient::PASS, &sky::PASS, &view::PASS]), // all light, or a view of one buffer
+    Draw(&lighting::PASS, &[&lighting::PASS, &per_light::PASS, &ambient::PASS, &lobes::PASS, &sky::PASS, &view::PASS]), // all light, or a view of one buffer
     Draw(&forward::PASS, &[&depth::PASS, &forward::PASS, &sky::PASS]), // surfaces lit as they are drawn, on the forward light paths
     Run(&hiz::PASS),                             // the nearest and the farthest depth of squares, so that rays skip empty space
     Run(&reflect::PASS),                         // rays from smooth surfaces into the lit picture

@@ -54,12 +54,12 @@ pub struct NumberedTextures {
     pub views: Vec<Owned<vk::ImageView>>,
     pub samplers: Vec<vk::Sampler>,
     /// By material and sheet: each slot's number, as `SeenMaterial` of `shaders/shared/seen.wgsl` has it.
-    slots: BTreeMap<(usize, u32), [u32; TextureSlot::ALL.len()]>,
+    slots: BTreeMap<(usize, u32), [u32; TextureSlot::STORED]>,
 }
 
 impl NumberedTextures {
     /// Returns the numbers of a material's slots, with a sheet of its atlas; zeros of one without textures.
-    pub fn slots(&self, material: (usize, u32)) -> [u32; TextureSlot::ALL.len()] {
+    pub fn slots(&self, material: (usize, u32)) -> [u32; TextureSlot::STORED] {
         self.slots.get(&material).copied().unwrap_or_default()
     }
 }
@@ -230,8 +230,9 @@ impl Materials {
         let mut slots = BTreeMap::new();
         for set in sets {
             for sheet in 0..set.sheets {
-                let mut words = [0; TextureSlot::ALL.len()];
-                for (&slot, &image) in set.slots {
+                let mut words = [0; TextureSlot::STORED];
+                // TILED draws no lobes, so that a plan with numbers has no texture of one.
+                for (&slot, &image) in set.slots.iter().filter(|(slot, _)| !slot.is_of_lobe()) {
                     let how = match set.samplers {
                         SetSamplers::One(one) => one,
                         SetSamplers::Each => planned.images[image].sampler,

@@ -5,6 +5,7 @@ mod culling;
 mod deformed;
 mod directions;
 mod instances;
+mod lobes;
 mod material;
 mod records;
 mod seen;

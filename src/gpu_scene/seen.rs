@@ -51,7 +51,7 @@ struct SeenMaterial {
     ambient: f32,
     first_uv_map: u32,
     traits: u32,
-    slots: [u32; TextureSlot::ALL.len()],
+    slots: [u32; TextureSlot::STORED],
 }
 
 const _: () = {
@@ -293,7 +293,7 @@ impl PlaceBuffers {
 }
 
 impl SeenMaterial {
-    fn of(world: &World, plan: &FramePlan, object: &WorldObject, slots: [u32; TextureSlot::ALL.len()]) -> Self {
+    fn of(world: &World, plan: &FramePlan, object: &WorldObject, slots: [u32; TextureSlot::STORED]) -> Self {
         let material: &Material = &world.materials[object.material];
         let (key, brdf) = (object.key, material.model(plan.brdf_override));
         let shows_emission = key.forward.is_some_and(|forward| forward.emissive);

@@ -36,7 +36,7 @@ const LOBE: u32 = 7;
 const BASE: u32 = 8;
 const TABLE: u32 = 9;
 const SAMPLER: u32 = 10;
-const DIRECTIONS: u32 = 11;
+const DIRECTIONS: u32 = 12;
 
 /// A sky's images.
 pub struct SkyMaps {

@@ -8,7 +8,7 @@ use glam::{Vec3, Vec4};
 
 use super::records::{FrameUniform, LightRecord, VolumeData};
 use super::sky::DirectionBuffer;
-use super::{SkyMaps, air};
+use super::{SkyMaps, air, lobes};
 use crate::gpu::{self, Buffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter, binding};
 use crate::plan::{FramePlan, Reach};
 use crate::scene::{Camera, TextureSlot};
@@ -28,6 +28,9 @@ pub fn set_layout(device: &Arc<Device>, plan: &FramePlan) -> gpu::Result<Owned<v
     if !plan.textures.mapped.is_empty() {
         bindings.push(binding(UV_MAPS, vk::DescriptorType::STORAGE_BUFFER, vk::ShaderStageFlags::VERTEX));
     }
+    bindings.extend(
+        plan.effects.lobes.is_some().then(|| binding(lobes::LOBES, vk::DescriptorType::STORAGE_BUFFER, everywhere)),
+    );
     bindings.extend(air::bindings(plan));
     bindings.extend(super::sky::bindings(plan));
     let is_storage = |own: &&vk::DescriptorSetLayoutBinding<'_>| {
@@ -67,6 +70,7 @@ pub struct ViewBuffers {
     lists: Vec<(u32, Buffer)>,
     uv_maps: Option<Buffer>,
     sky_directions: Option<DirectionBuffer>,
+    lobes: Option<Buffer>,
     index: usize,
     pub set: vk::DescriptorSet,
     _pool: DescriptorPool,
@@ -102,14 +106,22 @@ impl ViewBuffers {
             .into_iter()
             .map(|binding| Ok((binding, list_buffer(device, index, binding, LEAST_LIST)?)))
             .collect::<gpu::Result<Vec<_>>>()?;
-        let rows = plan.textures.mapped.len() * TextureSlot::ALL.len();
+        let rows = plan.textures.mapped.len() * plan.textures.mapped_slots;
         let uv_maps = match rows {
             0 => None,
             rows => Some(buffer("UV maps", rows * size_of::<[Vec4; 2]>(), vk::BufferUsageFlags::STORAGE_BUFFER)?),
         };
+        let lobes = match &plan.effects.lobes {
+            None => None,
+            Some(own) => {
+                let lobes = buffer("lobes", own.bytes() as usize, vk::BufferUsageFlags::STORAGE_BUFFER)?;
+                lobes.write(0, lobes::sheen_shares())?;
+                Some(lobes)
+            }
+        };
         let kinds = [
             (vk::DescriptorType::UNIFORM_BUFFER, 3),
-            (vk::DescriptorType::STORAGE_BUFFER, 5 + u32::from(air::bindings(plan).is_some())),
+            (vk::DescriptorType::STORAGE_BUFFER, 6 + u32::from(air::bindings(plan).is_some())),
             (vk::DescriptorType::SAMPLED_IMAGE, if sky.is_some() { 4 } else { 0 }),
             (vk::DescriptorType::SAMPLER, u32::from(sky.is_some())),
         ];
@@ -128,6 +140,9 @@ impl ViewBuffers {
         if let Some(uv_maps) = &uv_maps {
             writer = writer.storage_buffer(UV_MAPS, uv_maps, uv_maps.size);
         }
+        if let Some(lobes) = &lobes {
+            writer = writer.storage_buffer(lobes::LOBES, lobes, lobes.size);
+        }
         writer = air::write(plan, light_in_air, lights.as_ref(), writer);
         if let (Some(sky), Some(planned)) = (sky, &plan.effects.sky) {
             writer = sky.write(planned, writer);
@@ -137,7 +152,7 @@ impl ViewBuffers {
             writer = directions.bind(writer);
         }
         writer.update(device, set);
-        Ok(Self { uniform, lights, lists, uv_maps, sky_directions, index, set, _pool: pool })
+        Ok(Self { uniform, lights, lists, uv_maps, sky_directions, lobes, index, set, _pool: pool })
     }
 
     /// The mapping of each texture onto its mesh, where some texture's differs from the mesh's own.
@@ -162,6 +177,9 @@ impl ViewBuffers {
         }
         if let Some(directions) = &self.sky_directions {
             directions.write(&world.sky_directions)?;
+        }
+        if let Some(lobes) = &self.lobes {
+            lobes.write(lobes::ROWS_AT, &lobes::rows(world, plan))?;
         }
         if let Some(lights) = &self.lights {
             let record = |&light: &usize| LightRecord::of(&world.lights[light], world.shadow_codes[light], camera);
@@ -209,7 +227,8 @@ fn uv_rows(world: &World, plan: &FramePlan) -> Vec<[Vec4; 2]> {
     let textures = &plan.textures;
     let record = |&material: &usize| {
         let maps = &world.materials[material].uv_maps;
-        TextureSlot::ALL.map(|slot| textures.uv_rows(material, slot, &maps[slot as usize]))
+        let slots = &TextureSlot::ALL[..textures.mapped_slots];
+        slots.iter().map(|&slot| textures.uv_rows(material, slot, &maps[slot as usize])).collect::<Vec<_>>()
     };
     textures.mapped.iter().flat_map(record).collect()
 }

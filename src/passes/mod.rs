@@ -69,6 +69,7 @@ pub mod geometry;
 pub mod hiz;
 pub mod integrate;
 pub mod lighting;
+pub mod lobes;
 pub mod occluders;
 pub mod overlay;
 pub mod particles;

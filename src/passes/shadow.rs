@@ -327,7 +327,9 @@ fn pipeline(
     let look = (key.masked && key.extras.any()).then_some(LOOK);
     let inputs: Vec<u32> = inputs(key).iter().copied().chain(ROWS..ROWS + 4).chain(look).collect();
     let (vertex_bindings, vertex_attributes) = vertex_input(&inputs, key.extras);
-    let fragment = variant.fragment().map_or(Vec::new(), |own| with_cells(own.spirv.words(), key.extras));
+    let fragment = variant
+        .fragment()
+        .map_or(Vec::new(), |own| with_cells(own.spirv.words(), (key.extras.any(), key.extras.cells)));
     let constants = [(constants::COLORED, u32::from(key.extras.colors))];
     let constants = if key.extras.any() { &constants[..] } else { &[] };
     GraphicsPipeline::new(

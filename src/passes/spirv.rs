@@ -1,7 +1,7 @@
 //! Shaders' words, fitted to what a pipeline binds.
 
 use crate::gpu_scene::{OWN_SAMPLERS, SAMPLER, SetForm};
-use crate::plan::{Extras, GeometryKey};
+use crate::plan::GeometryKey;
 use crate::shaders::{BindingKind, Variant};
 
 /// The fragment shader of a variant for the sets of a key. The shader declares a texture and a sampler for each slot, and the constants say
@@ -11,7 +11,7 @@ use crate::shaders::{BindingKind, Variant};
 pub fn bound_fragment(variant: &Variant, key: GeometryKey) -> Vec<u32> {
     let form = SetForm::of(key);
     let Some(fragment) = variant.fragment() else { return Vec::new() };
-    let mut spirv = with_cells(fragment.spirv.words(), key.extras);
+    let mut spirv = with_cells(fragment.spirv.words(), (key.has_extras(), key.extras.cells));
     let Some(present) = form.textures.slots().next() else { return spirv };
     let has = |slot: u32| form.textures.slots().any(|own| own as u32 == slot);
     for binding in fragment.bindings.iter().filter(|binding| binding.set == MATERIAL_SET) {
@@ -31,9 +31,9 @@ pub fn bound_fragment(variant: &Variant, key: GeometryKey) -> Vec<u32> {
 /// that are needed, which SPIR-V allows ("OpImageSampleImplicitLod"). So plain materials pay nothing, and there is no other variant. A module may have no two
 /// types that are alike ("Universal Validation Rules"). It may have plain images already, so these do not say that they have no depth, which Vulkan
 /// ignores. Size queries on them return two numbers instead of three; shaders use only the first two.
-pub fn with_cells(words: &[u32], extras: Extras) -> Vec<u32> {
+pub fn with_cells(words: &[u32], (has_extras, cells): (bool, bool)) -> Vec<u32> {
     let mut spirv = words.to_vec();
-    if extras.any() && !extras.cells {
+    if has_extras && !cells {
         let arrays: Vec<usize> = instructions(&spirv).filter(|&at| is_array_of_colors(&spirv[at..])).collect();
         for &at in &arrays {
             (spirv[at + DEPTH], spirv[at + ARRAYED]) = (UNTOLD, 0);
@@ -129,8 +129,7 @@ mod tests {
         let (mut plain, mut cleared, mut sized) = (0, 0, 0);
         for variant in shader::VARIANTS.iter().chain(geometry::VARIANTS) {
             let Some(fragment) = variant.fragment() else { continue };
-            let extras = Extras { colors: true, ..Extras::default() };
-            let spirv = with_cells(fragment.spirv.words(), extras);
+            let spirv = with_cells(fragment.spirv.words(), (true, false));
             let images: Vec<_> =
                 instructions(&spirv).filter(|&at| spirv[at] & 0xffff == 25).map(|at| &spirv[at + 2..at + 9]).collect();
             assert_eq!(images.iter().collect::<BTreeSet<_>>().len(), images.len(), "{:#b}: {images:?}", variant.bits);

@@ -17,7 +17,7 @@ use crate::gpu::{
 use crate::gpu_scene::{
     COLOR, CullingBuffers, GpuScene, NORMAL, POSITION, SECOND_UV, SetForm, TANGENT, UV, vertex_input,
 };
-use crate::plan::{FramePlan, GeometryKey, Opacity, Shading, ToneMapping};
+use crate::plan::{FramePlan, GeometryKey, LobeMask, LobesPlan, Opacity, Shading, ToneMapping};
 use crate::scene::{AlphaMode, Brdf, Material, TextureSlot};
 use crate::shaders::Variant;
 use crate::shaders::forward::{self as shader, Flags, constants};
@@ -26,7 +26,7 @@ use crate::visible::{Draw, STEPS, WorldObject};
 pub const PUSH_STAGES: vk::ShaderStageFlags =
     vk::ShaderStageFlags::from_raw(vk::ShaderStageFlags::VERTEX.as_raw() | vk::ShaderStageFlags::FRAGMENT.as_raw());
 
-/// The push constants, which change from draw to draw: 68 of the 128 bytes that every device has.
+/// The push constants, which change from draw to draw: 72 of the 128 bytes that every device has.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 pub struct SurfacePush {
@@ -41,7 +41,8 @@ pub struct SurfacePush {
     ambient: f32,
     normal_scale: f32,
     first_uv_map: u32,
-    _padding: [u32; 3],
+    lobes: u32,
+    _padding: [u32; 2],
 }
 
 const _: () = {
@@ -61,6 +62,7 @@ const _: () = {
     assert!(offset_of!(SurfacePush, ambient) == wgsl::AMBIENT);
     assert!(offset_of!(SurfacePush, normal_scale) == wgsl::NORMAL_SCALE);
     assert!(offset_of!(SurfacePush, first_uv_map) == wgsl::FIRST_UV_MAP);
+    assert!(offset_of!(SurfacePush, lobes) == wgsl::LOBES);
 };
 
 /// The pipeline and the material that are bound.
@@ -83,6 +85,10 @@ pub struct SurfacePipelines {
     stores_reflectance: bool,
     largest_light: f32,
     after_prepass: bool,
+    /// Rows of materials with lobes.
+    lobes: Option<LobesPlan>,
+    /// Only surfaces that are lit once more are drawn, by the keys of that.
+    relights: bool,
 }
 
 impl SurfacePipelines {
@@ -134,7 +140,19 @@ impl SurfacePipelines {
             stores_reflectance: plan.reflectance,
             largest_light: plan.largest_light(),
             after_prepass: plan.depth_prepass,
+            lobes: plan.effects.lobes.clone(),
+            relights: false,
         })
+    }
+
+    /// The same for the surfaces that are lit once more.
+    pub fn relighting(self) -> Self {
+        Self { relights: true, ..self }
+    }
+
+    /// The key of the pipeline that draws an object; `None` where it is not drawn.
+    fn key_of(&self, object: &WorldObject) -> Option<GeometryKey> {
+        if self.relights { object.key.relit(object.relit) } else { Some(object.key) }
     }
 
     /// The layout that the pipeline of a key has.
@@ -154,7 +172,8 @@ impl SurfacePipelines {
         let mut bound = BoundState::default();
         for (draw, first_index) in draws {
             let object = &recording.world.objects[draw.object];
-            self.bind(recording, object, &mut bound);
+            let Some(key) = self.key_of(object) else { continue };
+            self.bind(recording, (object, key), &mut bound);
             meshes.draw(object, draw.level, first_index, draw.instances());
         }
     }
@@ -166,15 +185,16 @@ impl SurfacePipelines {
         let mut bound = BoundState::default();
         for step in 0..STEPS {
             for state in &culling.states {
-                self.bind(recording, &recording.world.objects[state.object], &mut bound);
+                let object = &recording.world.objects[state.object];
+                let Some(key) = self.key_of(object) else { continue };
+                self.bind(recording, (object, key), &mut bound);
                 meshes.draw_culled(culling, step, state);
             }
         }
     }
 
     /// Binds the pipeline and the material of an object, where others are bound, and pushes its values.
-    fn bind(&self, recording: &FrameContext, object: &WorldObject, bound: &mut BoundState) {
-        let key = object.key;
+    fn bind(&self, recording: &FrameContext, (object, key): (&WorldObject, GeometryKey), bound: &mut BoundState) {
         // The plan has a key for each object of the scene (plan.rs), and the pass a pipeline for each key.
         let pipeline = &self.pipelines[&key];
         let layout = self.layout(key);
@@ -227,7 +247,8 @@ impl SurfacePipelines {
             ambient: material.ambient,
             normal_scale: material.normal_scale,
             first_uv_map: recording.textures.first_uv_map(object.material).unwrap_or(0),
-            _padding: [0; 3],
+            lobes: self.lobes.as_ref().and_then(|lobes| lobes.row(object.material)).unwrap_or(0),
+            _padding: [0; 2],
         }
     }
 }
@@ -362,9 +383,10 @@ pub fn surface_pipeline(
 pub(crate) fn lit_flags(plan: &FramePlan, key: GeometryKey) -> Flags {
     Flags::TEXTURED.when(!key.textures.is_empty())
         | Flags::NORMAL_MAP.when(key.textures.contains(TextureSlot::Normal))
-        | Flags::EXTRAS.when(key.extras.any())
+        | Flags::EXTRAS.when(key.has_extras())
         | Flags::LIGHTS.when(plan.lights.any())
         | Flags::SKY_LIGHT.when(plan.is_lit_by_sky())
+        | Flags::LOBES.when(!key.lobes.is_empty())
         | Flags::UNIFORM_BUFFER.when(plan.lights.any() && plan.lights.uniform)
         | Flags::CLUSTERED.when(plan.has_clusters())
         | Flags::SHADOW.when(plan.shadow.is_some())
@@ -392,6 +414,7 @@ fn lit_constants(plan: &FramePlan, key: GeometryKey, desc: &LitDesc) -> Vec<(u32
         (constants::BRDF, forward.map_or(0, |forward| forward.brdf as u32)),
         (constants::PHONG, u32::from(key.phong)),
         (constants::REFLECTANCE, u32::from(key.reflectance)),
+        (constants::SHEEN, u32::from(key.lobes.contains(LobeMask::SHEEN))),
         (constants::TEXTBOOK, u32::from(plan.textbook)),
         (constants::METAL, u32::from(plan.metal)),
         (constants::ORTHOGRAPHIC, u32::from(plan.orthographic)),

@@ -32,7 +32,8 @@ codes! {
 codes! {
     TextureSlot: BaseColor = material::BASE_COLOR_SLOT, Normal = material::NORMAL_SLOT,
     MetallicRoughness = material::METALLIC_ROUGHNESS_SLOT, Occlusion = material::OCCLUSION_SLOT,
-    Emissive = material::EMISSIVE_SLOT, Specular = material::SPECULAR_SLOT, Shininess = material::SHININESS_SLOT
+    Emissive = material::EMISSIVE_SLOT, Specular = material::SPECULAR_SLOT, Shininess = material::SHININESS_SLOT,
+    Sheen = material::SHEEN_SLOT
 }
 
 const _: () = {
@@ -56,4 +57,5 @@ const _: () = {
     assert!(material::EMISSIVE == 1 << material::EMISSIVE_SLOT && seen::EMISSIVE == material::EMISSIVE);
     assert!(material::SPECULAR == 1 << material::SPECULAR_SLOT && seen::SPECULAR == material::SPECULAR);
     assert!(material::SHININESS == 1 << material::SHININESS_SLOT && seen::SHININESS == material::SHININESS);
+    assert!(material::SHEEN == 1 << material::SHEEN_SLOT);
 };

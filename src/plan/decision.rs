@@ -55,7 +55,7 @@ impl Choices {
         checks::check_antialiasing(settings, shading.is_lit())?;
         lens::check(scene, settings)?;
         checks::check_msaa(settings, gbuffer.as_ref(), lighting.path, device)?;
-        let as_drawn = is_forward(lighting.path) || surfaces.transparency.is_some();
+        let as_drawn = is_forward(lighting.path) || surfaces.transparency.is_some() || effects.lobes.is_some();
         // TILED has no code for lights in a uniform buffer where it looks surfaces up, or each of several samples.
         let tiled_buffer =
             lighting.path == LightPath::Visibility || lighting.path == LightPath::Compute && settings.msaa > 1;
@@ -227,6 +227,7 @@ impl FramePlan {
             lists_as_drawn: true,
             light_path: lighting.path,
             geometry: pipelines.geometry,
+            lobes: pipelines.lobes,
             transparent: pipelines.transparent,
             streams: meshes.streams(),
             uploads: Uploads::of(&meshes, &textures, volumes).and(effects.uploads()),

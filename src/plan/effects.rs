@@ -6,6 +6,7 @@ mod bloom;
 mod fog;
 mod froxels;
 mod fxaa;
+mod lobes;
 mod particles;
 mod reflections;
 mod sky;
@@ -19,6 +20,7 @@ pub mod types {
     pub use super::fog::FogPlan;
     pub use super::froxels::{FROXELS, FroxelPlan};
     pub use super::fxaa::SMOOTHED;
+    pub use super::lobes::LobesPlan;
     pub use super::particles::{PARTICLES, ParticlePlan, SORT_BLOCK, sort_places};
     pub use super::reflections::{HIZ, Hiz, RAYS, ReflectionPlan};
     pub use super::sky::SkyPlan;
@@ -35,12 +37,13 @@ use super::{
     is_forward,
 };
 use crate::scene::{LightPath, Scene, Settings, View};
-use types::{AoPlan, BloomPlan, FogPlan, ParticlePlan, ReflectionPlan, SkyPlan, TaaPlan};
+use types::{AoPlan, BloomPlan, FogPlan, LobesPlan, ParticlePlan, ReflectionPlan, SkyPlan, TaaPlan};
 
 /// Every effect, in the order in which `inspect` lists them. Settings that work on the finished picture say so in their own table (`on_picture`).
 pub const EFFECTS: &[&Effect] = &[
     &particles::EFFECT,
     &sky::EFFECT,
+    &lobes::EFFECT,
     &fog::EFFECT,
     &bloom::EFFECT,
     &fxaa::EFFECT,
@@ -60,6 +63,8 @@ pub fn variations() -> impl Iterator<Item = &'static Variation> {
 pub struct EffectPlans {
     /// The scene's sky, where it is seen or lights surfaces.
     pub sky: Option<SkyPlan>,
+    /// The materials with lobes beside base and highlight, where they are drawn.
+    pub lobes: Option<LobesPlan>,
     /// The way in which ambient occlusion is found, where it is.
     pub ao: Option<AoPlan>,
     /// The reflections of the picture in surfaces, where there are some.
@@ -83,6 +88,7 @@ impl EffectPlans {
     pub(super) fn of(request: &EffectRequest, rules: &SurfaceRules, any_light: bool) -> Self {
         Self {
             sky: SkyPlan::of(request),
+            lobes: LobesPlan::of(request, rules),
             ao: AoPlan::of(request),
             reflections: ReflectionPlan::of(request),
             particles: ParticlePlan::of(request),

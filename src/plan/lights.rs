@@ -114,7 +114,7 @@ impl FramePlan {
     /// are lit before they are drawn.
     fn lit_resources(&self) -> u32 {
         let blends = !self.transparent.is_empty();
-        if !blends && !self.is_forward() {
+        if !blends && !self.is_forward() && !self.relights() {
             return 0;
         }
         let targets = if blends && self.transparency == Some(Transparency::Oit) { 2 } else { 1 };

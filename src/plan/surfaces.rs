@@ -2,6 +2,7 @@
 
 pub(super) mod anisotropy;
 mod deforms;
+mod lobes;
 mod materials;
 mod meshes;
 mod numbering;
@@ -13,6 +14,8 @@ mod uploads;
 use std::collections::BTreeSet;
 
 pub use deforms::{DeformPlan, PlannedDeform};
+pub use lobes::LobeMask;
+pub(in crate::plan) use lobes::are_drawn as lobes_are_drawn;
 pub use materials::EffectiveMaterials;
 pub use meshes::{IndexWidth, MeshPlan, PlannedLevel, PlannedMesh};
 pub use numbering::NumberedMesh;

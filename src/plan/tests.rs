@@ -391,7 +391,9 @@ fn a_geometry_pipeline_samples_what_its_brdf_and_view_look_at() {
     let slots = |scene: &Scene, seen| {
         let plan = view(scene, seen);
         assert_eq!(plan.geometry.len(), 1);
-        S::ALL.map(|s| sampled(&plan, s))
+        // Without a lobe none of a lobe's.
+        assert!(!S::ALL.into_iter().any(|s| s.is_of_lobe() && sampled(&plan, s)));
+        std::array::from_fn::<_, { S::STORED }, _>(|index| sampled(&plan, S::ALL[index]))
     };
     assert_eq!(slots(&lit, View::Final), [true, true, true, true, false, false, false]);
     assert_eq!(slots(&lit, View::Overdraw), [false; 7]);
@@ -424,6 +426,7 @@ fn keys_tell_masks_sides_mirrors_and_phong_apart() {
             two_sided: false,
             mirrored: false,
             phong: false,
+            lobes: LobeMask::NONE,
             receives: true,
             forward: None,
         }

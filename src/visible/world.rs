@@ -12,8 +12,8 @@ use super::pose::WorldPose;
 use super::previous::PreviousTransforms;
 use super::shadows::{Changes, ShadowView, lamp_views, widened};
 use crate::plan::{
-    Cuts, FramePlan, GeometryKey, IdleLights, LightCutoff, LightOrder, MapProjection, PlanError, PlannedLevel,
-    SurfaceRules, weakens,
+    Cuts, ForwardKey, FramePlan, GeometryKey, IdleLights, LightCutoff, LightOrder, MapProjection, PlanError,
+    PlannedLevel, SurfaceRules, weakens,
 };
 use crate::scene::check::fits;
 use crate::scene::{
@@ -142,6 +142,8 @@ pub struct WorldObject {
     /// True if its motion can mirror it.
     pub may_mirror: bool,
     pub key: GeometryKey,
+    /// How it is lit once more, as it is drawn, where LIGHTING's light is not all.
+    pub relit: Option<ForwardKey>,
     /// The holes in its shadow.
     pub(crate) cuts: Cuts,
     pub triangles: usize,
@@ -377,6 +379,7 @@ impl WorldObject {
             mesh_place: (mesh.origin, mesh.bounds),
             may_mirror: mirrors && object.moves(),
             key: GeometryKey::of(object, rules),
+            relit: rules.relit(object),
             cuts: rules.cuts(object),
             triangles: mesh.indices.len() / 3,
             look: PlannedLook::of(object.shown_look(), rules.material(object), &plan.textures),

@@ -2,7 +2,7 @@
 
 use afterlight::scene::{Environment, Light, Material};
 use afterlight_truth::reference::light::{self, Illumination};
-use afterlight_truth::reference::{ShadingPoint, Smith};
+use afterlight_truth::reference::{ShadingPoint, Smith, SurfaceLobes};
 use glam::DVec3;
 
 /// Light that a point sends towards the eye, in nits.
@@ -20,6 +20,10 @@ pub fn radiance(material: &Material, lights: &[Light], point: DVec3, normal: DVe
         reflectance: material.reflectance.as_dvec3(),
         grazing: f64::from(material.grazing),
         shininess: f64::from(material.shininess),
+        lobes: SurfaceLobes {
+            sheen: material.sheen.color.as_dvec3(),
+            sheen_roughness: f64::from(material.sheen.roughness),
+        },
         occlusion: 1.0,
         emissive: DVec3::ZERO,
         alpha: 1.0,

@@ -65,6 +65,13 @@ const EFFECTS: &[Reach] = &[
         // The sky itself is a part of a scene, as lights are: only its passes are looked for. AMBIENT is also the base light of every frame.
         whole: &["SKY", "PREFILTER", "SkyPlan", "has_sky"],
     },
+    Reach {
+        name: "lobes",
+        files: &["lobes"],
+        parts: &[],
+        // Lobes are a part of materials: only the pass and its plan are looked for.
+        whole: &["LobesPlan", "LobesPass"],
+    },
     Reach { name: "fxaa", files: &["fxaa"], parts: &["fxaa"], whole: &[] },
     Reach { name: "aberration", files: &["aberration"], parts: &["aberration"], whole: &[] },
     Reach { name: "tone", files: &["tone"], parts: &["vignette"], whole: &["TONE"] },

@@ -8,7 +8,7 @@ use crate::common::stage::{add, directional, display, exact, lambert, plane, poi
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
     AlphaMode, Brdf, ColorSpace, Environment, Falloff, Filter, Keep, LightPath, Material, Mesh, Object, Sampler, Scene,
-    Settings, Texture, TextureSlot, Transparency, UvMap, Wrap,
+    Settings, Sheen, Texture, TextureSlot, Transparency, UvMap, Wrap,
 };
 use afterlight_truth::reference::{CameraView, Mode, Reference, Smith, TruthOptions};
 use glam::{DAffine3, DVec2, DVec3, Vec3};
@@ -26,7 +26,7 @@ pub const PATHS: [LightPath; 6] = [
 
 /// Returns the paths that can draw a scene; in `make test` every third one, beginning with the one whose turn it is, so that each comes up among many scenes.
 fn paths(gpu: &Gpu, scene: &Scene, turn: usize) -> Vec<LightPath> {
-    let blends = scene.materials.iter().any(Material::is_transparent);
+    let blends = scene.materials.iter().any(|own| own.is_transparent() || own.has_lobes(own.brdf));
     let takes = |&path: &LightPath| !(blends && writes_the_picture(path)) && gpu.takes(path, scene);
     let all: Vec<LightPath> = PATHS.into_iter().filter(takes).collect();
     some_in_turn(&all, turn, 3).collect()
@@ -385,6 +385,53 @@ fn a_dielectric_reflects_as_much_as_it_says() {
             // 8 bits a channel.
             let lean = Settings { gbuffer: Default::default(), ..nits_of(LightPath::Clustered) };
             assert_near(gpu, &scene, &lean, [0.01, 0.05], 0.94, &format!("{name}, lean"));
+        }
+    });
+}
+
+fn velvet(color: [f32; 3], roughness: f32) -> Material {
+    let base_color = Vec3::new(0.3, 0.1, 0.2);
+    Material { base_color, roughness: 0.6, sheen: Sheen { color: color.into(), roughness }, ..Material::default() }
+}
+
+#[test]
+fn a_sheen_is_that_of_the_truth_on_every_path_that_draws_it() {
+    on_gpu(|gpu| {
+        let metal = Material { metallic: 1.0, ..velvet([0.5, 0.6, 0.7], 0.5) };
+        let textured = Material { sheen_texture: Some(0), ..velvet([0.9; 3], 1.0) };
+        let gauze = Material { alpha_mode: AlphaMode::Blend, alpha: 0.5, ..velvet([0.8; 3], 0.6) };
+        let cases = [
+            ("velvet", velvet([0.9, 0.3, 0.6], 0.3)),
+            ("dust", velvet([1.0; 3], 1.0)),
+            ("sharp", velvet([0.7; 3], 0.0)),
+            ("metal", metal),
+            ("textured", textured),
+            ("gauze", gauze),
+        ];
+        for (turn, (name, material)) in cases.into_iter().enumerate() {
+            let mut scene = ball(material.clone());
+            scene.textures.push(texture(Sampler::DEFAULT));
+            scene.environment.ambient = Vec3::new(0.2, 0.3, 0.4);
+            add(
+                &mut scene,
+                shapes::sphere(0.25, 48),
+                Material::default(),
+                DAffine3::from_translation(DVec3::NEG_Y * 0.7),
+            );
+            let bound = if material.sheen_texture.is_some() { [2e-4, 6e-3] } else { [1e-4, 3e-3] };
+            for path in paths(gpu, &scene, turn) {
+                let what = format!("{name}, {path}");
+                assert_near(gpu, &scene, &nits_of(path), bound, 0.94, &what);
+                // It is seen: without it the picture is another.
+                let bare = |mut scene: Scene| {
+                    scene.materials.iter_mut().for_each(|material| material.sheen = Sheen::NONE);
+                    scene
+                };
+                let [with, without] =
+                    [scene.clone(), bare(scene.clone())].map(|scene| gpu.draw(&scene, &nits_of(path)));
+                let moved = places(&with).filter(|&(x, y)| nits(&with, x, y) != nits(&without, x, y)).count();
+                assert!(moved > 500, "{what}: {moved} pixels");
+            }
         }
     });
 }

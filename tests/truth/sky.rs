@@ -293,6 +293,7 @@ fn half_a_sky_lights_by_the_cosine() {
             reflectance: DVec3::ZERO,
             grazing: 0.0,
             shininess: 0.0,
+            lobes: afterlight_truth::reference::SurfaceLobes::NONE,
             occlusion: 1.0,
             emissive: DVec3::ZERO,
             alpha: 1.0,

@@ -187,6 +187,8 @@ impl Material {
             ("specular", self.specular, SHARE),
             ("reflectance", self.reflectance, SHARE),
             number("grazing", self.grazing, SHARE),
+            ("sheen_color", self.sheen.color, SHARE),
+            number("sheen_roughness", self.sheen.roughness, SHARE),
             ("emissive", self.emissive, POSITIVE),
             number("alpha", self.alpha, SHARE),
             number("alpha_cutoff", cutoff, SHARE),

@@ -36,6 +36,7 @@ mod levels;
 mod light;
 #[cfg(feature = "readers")]
 mod load;
+mod lobes;
 mod look;
 mod material;
 pub mod mesh;
@@ -74,6 +75,7 @@ pub use light::{
 };
 #[cfg(feature = "readers")]
 pub use load::{OpenOptions, Up, open};
+pub use lobes::{MIN_SHEEN_ROUGHNESS, Sheen};
 pub use look::{HIGHLIGHT, HIGHLIGHT_SHARE, Look, MAX_ATLAS_EDGE};
 pub(crate) use material::FORMS;
 pub use material::{AlphaMode, Brdf, DIELECTRIC, Material, SlotForm, TextureSlot, UvMap, scaled};

@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3, Vec3};
 
 use super::settings::choice;
-use super::{ColorSpace, OptionalPart};
+use super::{ColorSpace, OptionalPart, Sheen};
 
 choice! {
     /// A reflection model (docs/FORMULAS.md has the formulas; `shaders/shared/brdf.wgsl` is the code).
@@ -60,11 +60,13 @@ pub enum TextureSlot {
     Specular,
     /// A share of the Phong models' Ns in green, where others have their roughness. Linear.
     Shininess,
+    /// The colour of a sheen: sRGB colour. Linear alpha is a share of its roughness.
+    Sheen,
 }
 
 impl TextureSlot {
     /// All slots, in order.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::BaseColor,
         Self::Normal,
         Self::MetallicRoughness,
@@ -72,7 +74,16 @@ impl TextureSlot {
         Self::Emissive,
         Self::Specular,
         Self::Shininess,
+        Self::Sheen,
     ];
+
+    /// The number of slots whose textures a G-buffer has the values of. The slots after them belong to [lobes](super::Sheen).
+    pub const STORED: usize = Self::Shininess as usize + 1;
+
+    /// Returns true if only a lobe looks at it.
+    pub fn is_of_lobe(self) -> bool {
+        self as usize >= Self::STORED
+    }
 
     /// Returns all there is to know of the slot.
     pub fn form(self) -> &'static SlotForm {
@@ -106,7 +117,7 @@ const RED: [bool; 4] = [true, false, false, false];
 const RGB: [bool; 4] = [true, true, true, false];
 
 /// In the order of [`TextureSlot`]. White is neutral to all but normal maps.
-pub(crate) const FORMS: [SlotForm; 7] = [
+pub(crate) const FORMS: [SlotForm; 8] = [
     SlotForm {
         key: "base_color_texture",
         name: "base colour textures",
@@ -196,6 +207,20 @@ pub(crate) const FORMS: [SlotForm; 7] = [
         get: |material| material.shininess_texture,
         get_mut: |material| &mut material.shininess_texture,
     },
+    SlotForm {
+        key: "sheen_texture",
+        name: "sheen textures",
+        part: OptionalPart::SheenTextures,
+        color_space: ColorSpace::Srgb,
+        channels: [true; 4],
+        phong: Some(false),
+        fold: |material, color| {
+            material.sheen.color = times(material.sheen.color, color);
+            material.sheen.roughness = scaled(material.sheen.roughness, color[3]);
+        },
+        get: |material| material.sheen_texture,
+        get_mut: |material| &mut material.sheen_texture,
+    },
 ];
 
 /// A factor of a material times the value of a texel, which both are of f32: rounded once.
@@ -276,6 +301,8 @@ pub struct Material {
     pub normal_scale: f32,
     /// True if back faces are drawn, with their normals turned.
     pub two_sided: bool,
+    /// The lobe of its fibres; black where it has none.
+    pub sheen: Sheen,
     /// True if it emits its base colour, in nits, in any light, and reflects nothing (KHR_materials_unlit).
     pub unlit: bool,
     /// Rows and columns of cells that each of its textures is made of, 1 to 256 each: all texture coordinates, from 0 to 1 and beyond, lie
@@ -297,6 +324,8 @@ pub struct Material {
     pub specular_texture: Option<usize>,
     /// Multiplies `shininess`.
     pub shininess_texture: Option<usize>,
+    /// Multiplies the colour of `sheen`, and its roughness by alpha.
+    pub sheen_texture: Option<usize>,
 }
 
 impl Default for Material {
@@ -317,6 +346,7 @@ impl Default for Material {
             emissive: Vec3::ZERO,
             normal_scale: 1.0,
             two_sided: false,
+            sheen: Sheen::NONE,
             unlit: false,
             atlas: [1, 1],
             uv_maps: [UvMap::IDENTITY; TextureSlot::ALL.len()],
@@ -327,6 +357,7 @@ impl Default for Material {
             emissive_texture: None,
             specular_texture: None,
             shininess_texture: None,
+            sheen_texture: None,
         }
     }
 }
@@ -367,6 +398,11 @@ impl Material {
     pub fn has_reflectance(&self) -> bool {
         let usual = self.reflectance == Vec3::splat(DIELECTRIC) && self.grazing == 1.0;
         !usual || self.reflectance_texture().is_some()
+    }
+
+    /// Returns true if it has a lobe beside its base and its highlight where it is drawn with this model.
+    pub fn has_lobes(&self, model: Brdf) -> bool {
+        model == Brdf::CookTorrance && self.alpha_mode != AlphaMode::Coat && self.sheen.is_seen()
     }
 
     /// Returns true if texels below a cut-off are left out.

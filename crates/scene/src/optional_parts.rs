@@ -79,6 +79,8 @@ optional_parts! {
     SpecularTextures = "specular-textures",
     /// Textures of the power of the Phong models.
     ShininessTextures = "shininess-textures",
+    /// The sampling of textures of a sheen by materials that have a sheen and no such texture.
+    SheenTextures = "sheen-textures",
     /// Textures of materials that no drawn object has, and those that no pipeline samples.
     UnusedTextures = "unused-textures",
     /// The texels of textures that the device can sample in the blocks of their files.

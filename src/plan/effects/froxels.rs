@@ -66,8 +66,7 @@ impl FramePlan {
 
     /// Returns true if shaders name the fog's froxels: so do all that light surfaces as they draw them, whose code for froxels a constant leaves out.
     pub(crate) fn names_froxels(&self) -> bool {
-        let lit_as_drawn = self.is_forward() || self.transparency.is_some();
-        self.froxels().is_some() || lit_as_drawn && self.lights.any() && !self.lights.uniform
+        self.froxels().is_some() || self.lights_as_drawn() && self.lights.any() && !self.lights.uniform
     }
 
     /// Returns the reason why frames have none.

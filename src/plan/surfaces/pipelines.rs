@@ -2,14 +2,14 @@
 
 use std::fmt;
 
-use super::SurfaceRules;
+use super::{LobeMask, SurfaceRules};
 use crate::plan::Shading;
 use crate::scene::{AlphaMode, Brdf, Material, Object, OptionalPart, TextureSlot, UvMap, View};
 use crate::shaders::forward::host as forward;
 
 /// The texture slots that a material fills, a bit each in the order of [`TextureSlot`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
-pub struct TextureMask(u8);
+pub struct TextureMask(u16);
 
 impl TextureMask {
     pub(crate) const BASE_COLOR: Self = Self(1 << TextureSlot::BaseColor as u8);
@@ -114,6 +114,8 @@ pub struct GeometryKey {
     pub phong: bool,
     /// Has a reflectance of its dielectric share, as it or the G-buffer that it goes into has no usual one.
     pub reflectance: bool,
+    /// The lobes beside base and highlight.
+    pub lobes: LobeMask,
     /// Shadows fall on it; always where there are none.
     pub receives: bool,
     /// The forward lighting; none for surfaces that go into the G-buffer.
@@ -134,12 +136,10 @@ impl FromIterator<TextureSlot> for TextureMask {
     }
 }
 
-impl GeometryKey {
-    pub(crate) fn of(object: &Object, rules: &SurfaceRules) -> Self {
-        let material = rules.material(object);
-        let brdf = rules.brdf(material);
-        let forward = (material.is_transparent() || rules.forward).then(|| ForwardKey {
-            brdf,
+impl ForwardKey {
+    pub(super) fn of(material: &Material, rules: &SurfaceRules) -> Self {
+        Self {
+            brdf: rules.brdf(material),
             opacity: match material.alpha_mode {
                 AlphaMode::Opaque | AlphaMode::Mask { .. } => Opacity::Hides,
                 AlphaMode::Blend => Opacity::Blend,
@@ -147,7 +147,25 @@ impl GeometryKey {
                 AlphaMode::Coat => Opacity::Coat,
             },
             emissive: shows_emission(material, rules),
-        });
+        }
+    }
+}
+
+impl GeometryKey {
+    /// Returns true if its shader has the code of extras. A shader with lobes always has it, so that there are half as many variants.
+    pub fn has_extras(&self) -> bool {
+        self.extras.any() || self.forward.is_some() && !self.lobes.is_empty()
+    }
+
+    /// The key by which a surface of the G-buffer is lit once more, as it is drawn.
+    pub(crate) fn relit(self, forward: Option<ForwardKey>) -> Option<Self> {
+        forward.map(|own| Self { forward: Some(own), ..self })
+    }
+
+    pub(crate) fn of(object: &Object, rules: &SurfaceRules) -> Self {
+        let material = rules.material(object);
+        let brdf = rules.brdf(material);
+        let forward = (material.is_transparent() || rules.forward).then(|| ForwardKey::of(material, rules));
         let textures = Self::own_textures(object, rules).union(Self::kept_textures(object, rules));
         let extras = Self::extras(object, textures, rules);
         let masked = material.is_masked() && (textures.contains(TextureSlot::BaseColor) || extras.colors);
@@ -163,6 +181,7 @@ impl GeometryKey {
             phong: is_phong(brdf),
             reflectance: brdf == Brdf::CookTorrance
                 && if forward.is_some() { material.has_reflectance() } else { rules.reflectance },
+            lobes: rules.lobes_of(material),
             receives: object.receives_shadow || !rules.shadow,
             forward,
         }
@@ -202,6 +221,7 @@ impl GeometryKey {
             TextureSlot::Specular if brdf == Brdf::CookTorrance => {
                 !counting && material.reflectance_texture().is_some()
             }
+            lobe if lobe.is_of_lobe() => rules.has_lobe_of(material, lobe),
             _ => of_model(slot),
         };
         material.textures().map(|(slot, _)| slot).filter(|&slot| wanted(slot)).collect()
@@ -218,6 +238,7 @@ impl GeometryKey {
             TextureSlot::MetallicRoughness => !phong,
             TextureSlot::Emissive if material.is_transparent() || rules.forward => shows_emission(material, rules),
             TextureSlot::Emissive => rules.emissive,
+            lobe if lobe.is_of_lobe() => rules.has_lobe_of(material, lobe),
             _ => true,
         };
         TextureSlot::ALL.into_iter().filter(|&slot| has_code(slot) && rules.keep.has(slot.form().part)).collect()

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeSet;
 
-use super::{EffectiveMaterials, Extras, GeometryKey, SurfacePlan};
+use super::{EffectiveMaterials, Extras, ForwardKey, GeometryKey, SurfacePlan, lobes};
 use crate::plan::lights::LightingPlan;
-use crate::plan::{FramePlan, Shading, lacks_gbuffer};
+use crate::plan::{FramePlan, Shading, is_tiled, lacks_gbuffer};
 use crate::scene::{
     AlphaMode, Brdf, CastsShadow, Keep, LightPath, Material, Object, Scene, Settings, TextureSlot, Transparency, UvMap,
 };
@@ -23,6 +23,8 @@ pub(crate) struct SurfaceRules<'a> {
     /// The G-buffer has the reflectance of Cook-Torrance surfaces.
     pub reflectance: bool,
     pub ambient: bool,
+    /// Lobes beside base and highlight are drawn.
+    pub lobes: bool,
     pub transparency: Option<Transparency>,
     pub brdf_override: Option<Brdf>,
     /// The greatest error of levels of detail, in pixels; 0 where meshes are drawn themselves.
@@ -41,6 +43,7 @@ pub(crate) struct Cuts {
 /// The pipelines that draw a scene.
 pub(in crate::plan) struct Pipelines {
     pub geometry: BTreeSet<GeometryKey>,
+    pub lobes: BTreeSet<GeometryKey>,
     pub transparent: BTreeSet<GeometryKey>,
     pub transparent_triangles: u32,
 }
@@ -61,6 +64,7 @@ impl<'a> SurfaceRules<'a> {
             emissive: surfaces.emissive,
             reflectance: surfaces.reflectance,
             ambient: lighting.lights.ambient,
+            lobes: lobes::are_drawn(shading, settings.textbook) && !is_tiled(lighting.path),
             transparency: surfaces.transparency,
             brdf_override: settings.brdf,
             // The triangles of levels are none of the scene's.
@@ -75,6 +79,13 @@ impl<'a> SurfaceRules<'a> {
 
     pub fn brdf(&self, material: &Material) -> Brdf {
         material.model(self.brdf_override)
+    }
+
+    /// How an opaque surface of the G-buffer is lit once more, as it is drawn; `None` where LIGHTING's light is all.
+    pub fn relit(&self, object: &Object) -> Option<ForwardKey> {
+        let material = self.material(object);
+        let is_stored = !self.forward && !material.is_transparent();
+        (is_stored && !self.lobes_of(material).is_empty()).then(|| ForwardKey::of(material, self))
     }
 
     /// Returns true if GEOMETRY exists: all but the view of the shadow map.
@@ -164,18 +175,21 @@ impl<'a> SurfaceRules<'a> {
         let drawn = self.drawn(scene).filter(|_| self.has_geometry());
         let (transparent, opaque): (Vec<_>, Vec<_>) = drawn.partition(|object| self.material(object).is_transparent());
         let mirrors = scene.motion.mirrors();
-        let keys = |objects: &[&Object]| {
+        let keys = |objects: &[&Object], key: &dyn Fn(&Object) -> Option<GeometryKey>| -> BTreeSet<GeometryKey> {
             let both = |object: &&Object| {
-                let key = GeometryKey::of(object, self);
+                let Some(key) = key(object) else { return [None; 2] };
                 let other = mirrors && object.moves();
                 [Some(key), other.then_some(GeometryKey { mirrored: !key.mirrored, ..key })]
             };
             objects.iter().flat_map(both).flatten().collect()
         };
         let triangles: usize = transparent.iter().map(|object| scene.meshes[object.mesh].indices.len() / 3).sum();
+        let own = |object: &Object| Some(GeometryKey::of(object, self));
+        let relit = |object: &Object| GeometryKey::of(object, self).relit(self.relit(object));
         Pipelines {
-            geometry: keys(&opaque),
-            transparent: keys(&transparent),
+            geometry: keys(&opaque, &own),
+            lobes: keys(&opaque, &relit),
+            transparent: keys(&transparent, &own),
             transparent_triangles: u32::try_from(triangles).unwrap_or(u32::MAX),
         }
     }
@@ -198,6 +212,7 @@ impl FramePlan {
             emissive: self.emissive,
             reflectance: self.reflectance,
             ambient: self.lights.ambient,
+            lobes: self.effects.lobes.is_some(),
             transparency: self.transparency,
             brdf_override: self.brdf_override,
             lod: self.lod,

@@ -173,6 +173,8 @@ pub struct TexturePlan {
     pub holes: BTreeMap<usize, usize>,
     /// Materials with UV maps in the frame's buffer, in the order of their records there.
     pub mapped: Vec<usize>,
+    /// The rows of such a record: one for each slot that the plan's shaders know.
+    pub mapped_slots: usize,
     /// The most cells of one array: an atlas of more is several arrays, the sheets, and instances with cells of different sheets are drawn by a
     /// command for each. 0 in a plan without textures.
     pub sheet: u32,
@@ -190,7 +192,8 @@ impl TexturePlan {
             if rules.has_geometry() {
                 let own = GeometryKey::own_textures(object, rules);
                 let key = GeometryKey::of(object, rules);
-                if key.extras.any() && !key.textures.is_empty() {
+                let has_lobes = !key.lobes.is_empty();
+                if (has_lobes || key.extras.any()) && !key.textures.is_empty() {
                     mapped.insert(object.material);
                 }
                 for slot in key.textures.slots() {
@@ -212,6 +215,7 @@ impl TexturePlan {
         }
         let index: BTreeMap<Atlas, usize> =
             sources.iter().enumerate().map(|(index, &source)| (source, index)).collect();
+        let has_lobes = sets.values().flat_map(BTreeMap::keys).any(|slot| slot.is_of_lobe());
         Self {
             images: sources.into_iter().map(|source| PlannedTexture::of(scene, source, samples)).collect(),
             sets: sets
@@ -222,6 +226,7 @@ impl TexturePlan {
                 .collect(),
             holes: holes.iter().map(|(&material, source)| (material, index[source])).collect(),
             mapped: mapped.into_iter().collect(),
+            mapped_slots: if has_lobes { TextureSlot::ALL.len() } else { TextureSlot::STORED },
             sheet: device.max_layers.clamp(1, MOST_LAYERS),
         }
     }
@@ -242,10 +247,10 @@ impl TexturePlan {
         }
     }
 
-    /// The first row of a material's record among those of all, if it has one; a record has a row for each slot.
+    /// The first row of a material's record among those of all, if it has one.
     pub fn first_uv_map(&self, material: usize) -> Option<u32> {
         let record = self.mapped.binary_search(&material).ok()?;
-        Some((record * TextureSlot::ALL.len()) as u32)
+        Some((record * self.mapped_slots) as u32)
     }
 
     /// The place of a material's texture on a mesh, as shaders have it: the rows of the map, the first one with its set beside. Offsets are shorter
@@ -307,7 +312,7 @@ mod tests {
         use TextureSource::Scene as Of;
         // Nothing emits and nothing is in ambient light; the first has no Ks, the second no metallic.
         assert_eq!(sources(&scene, &Settings::default()), [Of(0), Of(1), Of(2), Of(5), Of(6)]);
-        let all = (0..7).map(Of).collect::<Vec<_>>();
+        let all = (0..8).map(Of).collect::<Vec<_>>();
         assert_eq!(sources(&scene, &keeping(&[OptionalPart::UnusedTextures])), all);
         let view = Settings { view: View::Overdraw, ..Settings::default() };
         assert_eq!(sources(&scene, &view), []);
@@ -392,7 +397,8 @@ mod tests {
         let scene = samples::scene(vec![glow, samples::textured(Brdf::CookTorrance)], vec![samples::sky()]);
         let lean = plan(&scene, &samples::deferred());
         assert!(lean.textures.mask(0).is_empty());
-        for (slot, part) in TextureSlot::ALL.map(|slot| (slot, slot.form().part)) {
+        // No material has a lobe, and without one nothing samples its texture.
+        for (slot, part) in TextureSlot::ALL[..TextureSlot::STORED].iter().map(|&slot| (slot, slot.form().part)) {
             let kept = plan(&scene, &Settings { keep: Keep::NONE.with(part), ..samples::deferred() });
             let image = &kept.textures.images[kept.textures.sets[&0][&slot]];
             let neutral = if slot == TextureSlot::Normal { [128, 128, 255, 255] } else { [255; 4] };
@@ -410,7 +416,7 @@ mod tests {
                 ..Settings::default()
             },
         );
-        assert_eq!(all.textures.mask(0).slots().count(), TextureSlot::ALL.len());
+        assert_eq!(all.textures.mask(0).slots().count(), TextureSlot::STORED);
     }
 
     #[test]

@@ -160,8 +160,9 @@ fn every_key_does_what_it_says() {
         (paint.brdf, paint.emissive, paint.two_sided),
         (Brdf::BlinnPhong, Vec3::new(1.0, 2.0, 3.0) * 10.0, true)
     );
-    assert_eq!(paint.textures().count(), 7);
-    // The same file as colour and as numbers is two textures, not seven; sampled otherwise it is another one.
+    assert_eq!(paint.textures().count(), TextureSlot::ALL.len());
+    assert_eq!((paint.sheen.color, paint.sheen.roughness), (Vec3::new(0.5, 0.25, 1.0), 0.25));
+    // The same file as colour and as numbers is two textures, not eight; sampled otherwise it is another one.
     assert_eq!(scene.textures.len(), 3);
     let poster = &scene.materials[material("poster")];
     let third = 1.0f32 / 9.0;

@@ -113,6 +113,9 @@ fn bsdf(index: usize, material: &Material, brdf: Brdf) -> Result<String, String>
     if material.is_emissive() {
         return refused("emitted light");
     }
+    if material.has_lobes(brdf) {
+        return refused("a sheen");
+    }
     if material.alpha_mode != AlphaMode::Opaque {
         return refused("an `alpha_mode` other than \"opaque\"");
     }

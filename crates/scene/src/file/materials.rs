@@ -138,6 +138,8 @@ fn change(table: &Table, material: &mut Material) -> Result<(), Error> {
     material.specular = color("specular", material.specular)?;
     material.shininess = table.read("shininess", |node| node.number_f32(STRENGTH))?.unwrap_or(material.shininess);
     material.ambient = share("ambient", material.ambient)?;
+    material.sheen.color = color("sheen_color", material.sheen.color)?;
+    material.sheen.roughness = share("sheen_roughness", material.sheen.roughness)?;
     let strength = table.read("emissive_strength", |node| node.number_f32(STRENGTH))?.unwrap_or(1.0);
     let emissive = table.read("emissive", |node| node.color(STRENGTH))?;
     material.emissive = emissive.unwrap_or(material.emissive) * strength;

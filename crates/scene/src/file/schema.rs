@@ -80,6 +80,8 @@ const FACTORS: &[&str] = &[
     "specular",
     "shininess",
     "ambient",
+    "sheen_color",
+    "sheen_roughness",
     "emissive",
     "emissive_strength",
     "normal_scale",

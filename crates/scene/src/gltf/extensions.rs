@@ -14,6 +14,7 @@ pub(super) const DRAWN: &[&str] = &[
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
     "KHR_materials_pbrSpecularGlossiness",
+    "KHR_materials_sheen",
     "KHR_materials_specular",
     "KHR_materials_transmission",
     "KHR_materials_unlit",
@@ -36,7 +37,6 @@ const SIMPLIFIED: &[&str] = &[
     "KHR_materials_diffuse_transmission",
     "KHR_materials_dispersion",
     "KHR_materials_iridescence",
-    "KHR_materials_sheen",
 ];
 
 /// Refuses a file that cannot be shown without an extension that is not drawn.
@@ -68,17 +68,17 @@ mod tests {
     #[test]
     fn what_a_file_requires_and_nobody_draws_is_an_error_and_what_it_uses_a_warning() {
         let document = |json: &str| serde_json::from_str::<Document>(json).unwrap();
-        let sheen = r#""extensionsUsed":["KHR_materials_sheen","KHR_materials_ior","VENDOR_x","VENDOR_x"]"#;
-        let used = document(&format!("{{{sheen}}}"));
+        let used = r#""extensionsUsed":["KHR_materials_dispersion","KHR_materials_ior","VENDOR_x","VENDOR_x"]"#;
+        let used = document(&format!("{{{used}}}"));
         assert_eq!(check_required(&used), Ok(()));
-        assert_eq!(not_drawn(&used).unwrap(), "extensions that are not drawn: KHR_materials_sheen, VENDOR_x");
+        assert_eq!(not_drawn(&used).unwrap(), "extensions that are not drawn: KHR_materials_dispersion, VENDOR_x");
         let required = document(r#"{"extensionsRequired":["KHR_materials_ior","VENDOR_x"]}"#);
         assert!(check_required(&required).unwrap_err().contains("requires the extension VENDOR_x,"));
-        // A surface without its sheen is still a surface.
-        let simpler =
-            document(r#"{"extensionsUsed":["KHR_materials_sheen"],"extensionsRequired":["KHR_materials_sheen"]}"#);
+        // Glass that does not part colours is still glass.
+        let dispersion = r#"["KHR_materials_dispersion"]"#;
+        let simpler = document(&format!(r#"{{"extensionsUsed":{dispersion},"extensionsRequired":{dispersion}}}"#));
         assert_eq!(check_required(&simpler), Ok(()));
-        assert_eq!(not_drawn(&simpler).unwrap(), "extensions that are not drawn: KHR_materials_sheen");
+        assert_eq!(not_drawn(&simpler).unwrap(), "extensions that are not drawn: KHR_materials_dispersion");
         assert_eq!(not_drawn(&document("{}")), None);
     }
 }

@@ -177,6 +177,8 @@ pub(super) struct MaterialExtensions {
     pub transmission: Option<Transmission>,
     #[serde(rename = "KHR_materials_pbrSpecularGlossiness")]
     pub glossy: Option<SpecularGlossiness>,
+    #[serde(rename = "KHR_materials_sheen")]
+    pub sheen: Option<SheenExtension>,
 }
 
 /// Says nothing but that it is there.
@@ -222,6 +224,15 @@ pub(super) struct Clearcoat {
     pub clearcoat_roughness_factor: f64,
     pub clearcoat_roughness_texture: Option<TextureInfo>,
     pub clearcoat_normal_texture: Option<TextureInfo>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct SheenExtension {
+    pub sheen_color_factor: Option<[f64; 3]>,
+    pub sheen_color_texture: Option<TextureInfo>,
+    pub sheen_roughness_factor: f64,
+    pub sheen_roughness_texture: Option<TextureInfo>,
 }
 
 #[derive(Debug, Default, Deserialize)]

@@ -50,6 +50,7 @@ pub(super) fn read(
     let mut dress = DrawnMaterial::default();
     dress.base.material = reader.factors(index);
     reader.textures(&mut dress.base);
+    reader.lobes(&mut dress.base);
     if let Some(own) = &json.extensions.clearcoat {
         if own.clearcoat_factor > 0.0 {
             dress.coat = Some(reader.coat(own, &dress.base.material));
@@ -74,29 +75,29 @@ struct Used {
     moves: bool,
 }
 
-struct MaterialBuilder<'a> {
-    document: &'a Document,
-    json: &'a JsonMaterial,
+pub(super) struct MaterialBuilder<'a> {
+    pub document: &'a Document,
+    pub json: &'a JsonMaterial,
     /// The material's values that clips change.
     moving: &'a BTreeSet<MaterialValue>,
-    warnings: Vec<String>,
+    pub warnings: Vec<String>,
     used: Vec<Used>,
 }
 
 impl MaterialBuilder<'_> {
     /// A number within its range, as the nearest f32.
-    fn number(&mut self, what: &str, value: f64, least: f64, most: f64) -> f32 {
+    pub(super) fn number(&mut self, what: &str, value: f64, least: f64, most: f64) -> f32 {
         if !(least..=most).contains(&value) {
             self.warnings.push(format!("its {what} is {value}, not from {least} to {most}, taken for the nearest"));
         }
         value.clamp(least, most) as f32
     }
 
-    fn share(&mut self, what: &str, value: f64) -> f32 {
+    pub(super) fn share(&mut self, what: &str, value: f64) -> f32 {
         self.number(what, value, 0.0, 1.0)
     }
 
-    fn color(&mut self, what: &str, value: [f64; 3]) -> Vec3 {
+    pub(super) fn color(&mut self, what: &str, value: [f64; 3]) -> Vec3 {
         Vec3::from(value.map(|channel| self.share(what, channel)))
     }
 
@@ -208,7 +209,7 @@ impl MaterialBuilder<'_> {
     }
 
     /// Asks for a texture in a slot, of the picture that a texture info names.
-    fn ask(
+    pub(super) fn ask(
         &mut self,
         pending: &mut Pending,
         slot: TextureSlot,
@@ -309,21 +310,13 @@ impl MaterialBuilder<'_> {
     /// Colour and strength of what a dielectric reflects, as one texture.
     fn specular(&mut self, pending: &mut Pending) {
         let Some(own) = &self.json.extensions.specular else { return };
-        let (color, strength) = (own.specular_color_texture.as_ref(), own.specular_texture.as_ref());
-        let Some(info) = color.or(strength) else { return };
-        let mut strength = strength;
-        if let (Some(a), Some(b)) = (color, strength)
-            && !lie_alike(a, b)
-        {
-            self.warnings.push("specularTexture lies otherwise than specularColorTexture and is left out".into());
-            strength = None;
-        }
-        let mut of = |info: Option<&TextureInfo>| {
-            let found = info.and_then(|info| picture(self.document, info.index, &mut self.warnings));
-            found.map(|(found, _)| found)
-        };
-        let [color, strength] = [of(color), of(strength)];
-        self.ask(pending, TextureSlot::Specular, info, |_| Recipe::Specular { color, strength });
+        let textures = (own.specular_color_texture.as_ref(), own.specular_texture.as_ref());
+        self.color_and_share(
+            pending,
+            TextureSlot::Specular,
+            textures,
+            "specularTexture lies otherwise than specularColorTexture",
+        );
     }
 
     /// KHR_materials_clearcoat as a material of its own, for a second object in the same place.
@@ -410,7 +403,7 @@ pub(super) fn held_back(glass: &Transmission) -> f64 {
 }
 
 /// Returns true if two textures lie alike on a mesh, so that their texels can be merged.
-fn lie_alike(a: &TextureInfo, b: &TextureInfo) -> bool {
+pub(super) fn lie_alike(a: &TextureInfo, b: &TextureInfo) -> bool {
     let of = |info: &TextureInfo| {
         let own = info.extensions.transform.clone().unwrap_or_default();
         let set: Whole = own.tex_coord.unwrap_or(info.tex_coord);

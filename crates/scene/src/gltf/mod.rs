@@ -33,6 +33,7 @@ mod json;
 mod json_extensions;
 mod ktx;
 mod lights;
+mod lobes;
 mod material_keys;
 mod materials;
 mod meshopt;

@@ -147,6 +147,7 @@ fn slot_called(path: &[&str]) -> Option<TextureSlot> {
         ["occlusionTexture"] => TextureSlot::Occlusion,
         ["emissiveTexture"] => TextureSlot::Emissive,
         ["extensions", "KHR_materials_specular", "specularColorTexture"] => TextureSlot::Specular,
+        ["extensions", "KHR_materials_sheen", "sheenColorTexture"] => TextureSlot::Sheen,
         _ => return None,
     })
 }

@@ -9,7 +9,7 @@ use super::render::Reference;
 use super::{CameraView, Smith, TruthOptions};
 use afterlight_scene::{
     AlphaMode, Brdf, Camera, CastsShadow, ColorSpace, Environment, Light, Look, Material, Mesh, Object, Projection,
-    Sampler, Scene, Sky, SkyImage, SunDisc, Texels, Texture, ThinLens, UvMap,
+    Sampler, Scene, Sky, SkyImage, SunDisc, Texels, Texture, TextureSlot, ThinLens, UvMap,
 };
 
 #[cfg(test)]
@@ -115,6 +115,7 @@ impl Fingerprint {
             emissive,
             normal_scale,
             two_sided,
+            sheen,
             unlit,
             atlas,
             uv_maps,
@@ -125,6 +126,7 @@ impl Fingerprint {
             emissive_texture,
             specular_texture,
             shininess_texture,
+            sheen_texture,
         } = material;
         self.brdf(Some(*brdf));
         [base_color, specular, reflectance, emissive].into_iter().for_each(|color| self.color(*color));
@@ -144,15 +146,25 @@ impl Fingerprint {
         let has_atlas = *atlas != [1, 1];
         self.number(u64::from(*unlit) | u64::from(has_atlas) << 1);
         atlas.iter().filter(|_| has_atlas).for_each(|&edge| self.number(u64::from(edge)));
-        for UvMap { set, offset, rotation, scale } in uv_maps {
-            self.number(u64::from(*set));
-            [offset.x, offset.y, *rotation, scale.x, scale.y].into_iter().for_each(|value| self.real(value));
-        }
+        uv_maps[..TextureSlot::STORED].iter().for_each(|map| self.uv_map(map));
         let slots = [base_color_texture, normal_texture, metallic_roughness_texture, occlusion_texture];
         slots
             .into_iter()
             .chain([emissive_texture, specular_texture, shininess_texture])
             .for_each(|slot| self.slot(*slot));
+        // Truths that were kept before there were lobes stay true.
+        if sheen.is_seen() {
+            self.number(1);
+            self.color(sheen.color);
+            self.single(sheen.roughness);
+            self.uv_map(&uv_maps[TextureSlot::Sheen as usize]);
+            self.slot(*sheen_texture);
+        }
+    }
+
+    fn uv_map(&mut self, UvMap { set, offset, rotation, scale }: &UvMap) {
+        self.number(u64::from(*set));
+        [offset.x, offset.y, *rotation, scale.x, scale.y].into_iter().for_each(|value| self.real(value));
     }
 
     fn brdf(&mut self, brdf: Option<Brdf>) {

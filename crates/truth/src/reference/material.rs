@@ -3,7 +3,7 @@
 use glam::{DVec3, DVec4, Vec3, Vec4};
 
 use super::geometry::{Geometry, Hit, TracedObject};
-use super::surface::ShadingPoint;
+use super::surface::{ShadingPoint, SurfaceLobes};
 use afterlight_scene::{AlphaMode, Brdf, HIGHLIGHT, HIGHLIGHT_SHARE, Scene, TextureSlot};
 
 /// The code of a normal map that stands for 0, and how many steps lie between it and 1.
@@ -36,6 +36,19 @@ impl SurfacePoint<'_> {
             .zip(self.weights)
             .map(|(vertex, weight)| value(vertex, weight))
             .sum()
+    }
+
+    /// The lobes beside base and highlight, where it is lit with this model.
+    fn lobes(&self, model: Brdf) -> SurfaceLobes {
+        let material = self.part.material;
+        if !material.has_lobes(model) {
+            return SurfaceLobes::NONE;
+        }
+        let sheen = self.texel(TextureSlot::Sheen);
+        SurfaceLobes {
+            sheen: material.sheen.color.as_dvec3() * sheen.truncate(),
+            sheen_roughness: f64::from(material.sheen.roughness) * sheen.w,
+        }
     }
 
     /// The interpolated normal, not yet turned to the eye.
@@ -127,6 +140,7 @@ pub fn surface(
         reflectance: material.reflectance.as_dvec3() * strength.truncate() * strength.w,
         grazing: f64::from(material.grazing) * strength.w,
         shininess: f64::from(material.shininess) * place.texel(TextureSlot::Shininess).y,
+        lobes: place.lobes(brdf),
         occlusion: ambient * place.texel(TextureSlot::Occlusion).x,
         emissive,
         alpha: if material.is_transparent() { base.w.clamp(0.0, 1.0) } else { 1.0 },

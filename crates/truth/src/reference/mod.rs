@@ -36,7 +36,7 @@ pub use bloom::spreading;
 pub use cache::{Cache, Cached, TruthOrigin};
 pub use render::{Accumulation, ProgressCallback, Reference};
 pub use sky::{SkySampler, share_of};
-pub use surface::ShadingPoint;
+pub use surface::{ShadingPoint, SurfaceLobes};
 
 pub use afterlight_scene::TriangleId;
 

@@ -18,7 +18,7 @@ use super::light::{self, Collector, Reflector};
 use super::render::{Points, Reference};
 use super::shadow::Receiver;
 use super::sky::{self, visible_facet};
-use super::{ShadingPoint, Smith, sampling};
+use super::{ShadingPoint, Smith, SurfaceLobes, sampling};
 use afterlight_scene::{Brdf, Scene};
 
 /// Directions of a point that is asked for whole.
@@ -121,7 +121,8 @@ impl Reference<'_> {
     ) -> DVec3 {
         let Some(roughest) = self.effects.reflections else { return DVec3::ZERO };
         let (surface, _) = self.surface_of(hit, ray);
-        let surface = ShadingPoint { ray: along, ..surface };
+        // The rays stand for the highlight alone, as if the surface had no other lobe.
+        let surface = ShadingPoint { ray: along, lobes: SurfaceLobes::NONE, ..surface };
         let amount = smooth_enough(surface.roughness, roughest);
         if surface.brdf != Brdf::CookTorrance || amount <= 0.0 {
             return DVec3::ZERO;

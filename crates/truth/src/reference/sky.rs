@@ -85,9 +85,10 @@ impl SkySampler {
             let of_lobe = if has_lobe { mirrored_density(surface, direction) } else { 0.0 };
             let density = self.density(direction) + cosine / PI + of_lobe;
             let light = self.sky.radiance(direction) * (cosine / density);
-            base += body * light / PI;
+            let left = surface.left(direction);
+            base += body * light * left / PI;
             if has_lobe {
-                lobe += (surface.lobe(direction) + again / PI) * light;
+                lobe += (surface.lobe(direction) + again * left / PI) * light;
             }
         }
         [base, lobe]
@@ -145,7 +146,7 @@ impl Collects for SkySampler {
             let cosine = surface.normal.dot(direction);
             if cosine > 0.0 {
                 let light = radiance * cosine;
-                collected += light * solid_angle;
+                collected += light * solid_angle * surface.left(direction);
                 if has_lobe {
                     lobe += surface.lobe(direction) * light / (facets(direction) + 1.0 / solid_angle);
                 }

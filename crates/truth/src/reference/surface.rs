@@ -4,6 +4,20 @@ use glam::DVec3;
 
 use afterlight_scene::Brdf;
 
+/// The lobes that a lit point has beside its base and its highlight; Cook-Torrance alone has them.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct SurfaceLobes {
+    /// Colour of a sheen, 0 to 1; black is none.
+    pub sheen: DVec3,
+    /// Perceptual roughness of the sheen, 0 to 1.
+    pub sheen_roughness: f64,
+}
+
+impl SurfaceLobes {
+    /// No lobe beside the usual ones.
+    pub const NONE: Self = Self { sheen: DVec3::ZERO, sheen_roughness: 0.0 };
+}
+
 /// A lit point, in the terms of its material with its textures looked up.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ShadingPoint {
@@ -32,6 +46,8 @@ pub struct ShadingPoint {
     pub grazing: f64,
     /// Ns of the Phong models.
     pub shininess: f64,
+    /// Its other lobes.
+    pub lobes: SurfaceLobes,
     /// Share of the ambient light that arrives, 0 to 1.
     pub occlusion: f64,
     /// Emitted radiance in nits.

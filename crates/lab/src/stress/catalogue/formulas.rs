@@ -53,6 +53,10 @@ pub const CASES: &[Case] = &[
         .over(POWERS, "")
         .claim([0.0, 1e6], Bound { worst: 3e-3, mean: 1e-4 })
         .check(Check::Formula(|power| reflection(Formula::BlinnPhong, truth::blinn_phong, power, lobe_width(power)))),
+    case("formulas/sheen", "the lobe of a sheen, by its roughness")
+        .over(ROUGHNESS, "")
+        .claim([0.0, 1.0], Bound { worst: 1e-3, mean: 1e-5 })
+        .check(Check::Formula(|roughness| reflection(Formula::Sheen, truth::sheen, roughness, 1.0))),
     case("formulas/ggx-distribution", "D alone, by roughness, in and around its peak")
         .over(ROUGHNESS, "")
         .claim([0.0, 1.0], Bound { worst: 3e-3, mean: 1e-4 })

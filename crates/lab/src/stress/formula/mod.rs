@@ -49,6 +49,8 @@ pub enum Formula {
     Shininess,
     /// Direction to a light.
     ToLight,
+    /// The lobe of a sheen, times the cosine to the light.
+    Sheen,
 }
 
 /// The value that a formula should give for an input.

@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use super::{FormulaTruth, Input};
 use afterlight::scene::{Brdf, Environment, Falloff, Light, LightKind, Tonemap};
 use afterlight_truth::reference::light::{Illumination, MIN_ROUGHNESS, Reflector, arriving, radiance, weakened};
-use afterlight_truth::reference::{ShadingPoint, Smith, tonemap};
+use afterlight_truth::reference::{ShadingPoint, Smith, SurfaceLobes, tonemap};
 
 /// Directions nearer to the horizon than this make the half vector of the difference of two long vectors: their rounding alone then moves
 /// a sharp highlight.
@@ -53,6 +53,7 @@ fn surface(input: &Input, brdf: Brdf) -> ShadingPoint {
         reflectance: DVec3::splat(one(input, 11)),
         grazing: one(input, 15),
         shininess: one(input, 3),
+        lobes: SurfaceLobes::NONE,
         occlusion: 1.0,
         emissive: DVec3::ZERO,
         alpha: 1.0,
@@ -75,6 +76,28 @@ fn reflected(input: &Input, brdf: Brdf, least_cosine: f64) -> FormulaTruth {
 
 pub fn cook_torrance(input: &Input) -> FormulaTruth {
     reflected(input, Brdf::CookTorrance, HORIZON)
+}
+
+/// The lobe of a sheen alone.
+pub fn sheen(input: &Input) -> FormulaTruth {
+    let (normal, view, light) = (unit(input, 0), unit(input, 4), unit(input, 8));
+    let n_dot_l = normal.dot(light);
+    let held = n_dot_l >= HORIZON && normal.dot(view) >= HORIZON;
+    if n_dot_l <= 0.0 {
+        return of(DVec3::ZERO, DARK, held);
+    }
+    let lobes = SurfaceLobes { sheen: three(input, 12), sheen_roughness: one(input, 3) };
+    let black = ShadingPoint {
+        albedo: DVec3::ZERO,
+        metallic: 0.0,
+        reflectance: DVec3::ZERO,
+        grazing: 0.0,
+        lobes,
+        ..surface(input, Brdf::CookTorrance)
+    };
+    let reflectance = Reflector::<f64>::new(&black, Smith::HeightCorrelated);
+    let lobe = reflectance.reflect(&Vector3::new(light.x, light.y, light.z)).lobe * n_dot_l;
+    of(DVec3::new(lobe.x, lobe.y, lobe.z), DARK * n_dot_l, held)
 }
 
 /// Wherever the eye is.

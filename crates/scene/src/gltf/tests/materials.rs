@@ -7,7 +7,7 @@ use std::io::Cursor;
 
 use super::{GltfBuilder, push};
 use crate::gltf::GltfOptions;
-use crate::{AlphaMode, ColorSpace, Filter, Imported, Sampler, TextureSlot, UvMap, Wrap};
+use crate::{AlphaMode, ColorSpace, Filter, Imported, Sampler, Sheen, TextureSlot, UvMap, Wrap};
 
 fn png(texels: &[[u8; 4]]) -> Vec<u8> {
     let image = RgbaImage::from_raw(texels.len() as u32, 1, texels.as_flattened().to_vec()).expect("an image");
@@ -313,4 +313,49 @@ fn of_three_sets_those_of_colour_and_emission_are_read_and_the_others_are_named(
     assert_eq!([sets(TextureSlot::BaseColor), sets(TextureSlot::Emissive), sets(TextureSlot::Occlusion)], [0, 1, 0]);
     let words = "its textures use the sets 0, 1, 2, 3 of texture coordinates, of which 2 and 3 are read: its MetallicRoughness, Occlusion textures lie on set 2 instead";
     assert!(found.warnings.iter().any(|own| own.contains(words)), "{:?}", found.warnings);
+}
+
+#[test]
+fn a_sheen_is_read_and_its_two_textures_are_one() {
+    let sheen = |own: Value| dressed(json!({"extensions": {"KHR_materials_sheen": own}})).read();
+    let Imported { materials, textures, warnings, .. } = sheen(json!({
+        "sheenColorFactor": [0.5, 0.25, 1], "sheenRoughnessFactor": 0.5,
+        "sheenColorTexture": {"index": 2}, "sheenRoughnessTexture": {"index": 0},
+    }));
+    assert_eq!(warnings, Vec::<String>::new());
+    assert_eq!(materials[0].sheen, Sheen { color: Vec3::new(0.5, 0.25, 1.0), roughness: 0.5 });
+    let texture = &textures[materials[0].sheen_texture.expect("a texture")];
+    assert_eq!((textures.len(), texture.color_space), (1, ColorSpace::Srgb));
+    // RGB of the one and alpha of the other.
+    assert_eq!(texture.rgba8(0)[3], 32);
+    // No colour is no sheen, whatever else is said.
+    let none = sheen(json!({"sheenRoughnessFactor": 0.5, "sheenRoughnessTexture": {"index": 0}}));
+    assert_eq!((none.materials[0].sheen, none.textures.len()), (Sheen::NONE, 0));
+}
+
+#[test]
+fn odd_sheens_are_named_and_drawn_as_near_as_can_be() {
+    let told = |material: Value| {
+        let Imported { materials, warnings, .. } = dressed(material).read();
+        (materials[0].sheen, warnings.join("; "))
+    };
+    let (smooth, said) = told(json!({"extensions": {"KHR_materials_sheen": {"sheenColorFactor": [1, 1, 1]}}}));
+    assert_eq!(smooth.roughness, 0.0);
+    assert!(said.contains("its sheenRoughnessFactor is 0, below the least of the model, taken for 0.07"), "{said}");
+    let bright = json!({"sheenColorFactor": [2, -1, 1], "sheenRoughnessFactor": 7});
+    let (bright, said) = told(json!({"extensions": {"KHR_materials_sheen": bright}}));
+    assert_eq!(bright, Sheen { color: Vec3::new(1.0, 0.0, 1.0), roughness: 1.0 });
+    assert!(said.contains("sheenColorFactor is 2") && said.contains("sheenRoughnessFactor is 7"), "{said}");
+    let sheen = json!({"sheenColorFactor": [1, 1, 1], "sheenRoughnessFactor": 0.5});
+    for (other, content) in [("KHR_materials_unlit", json!({})), ("KHR_materials_pbrSpecularGlossiness", json!({}))] {
+        let (left, said) = told(json!({"extensions": {"KHR_materials_sheen": sheen, other: content}}));
+        assert_eq!(left, Sheen::NONE);
+        assert!(said.contains(&format!("KHR_materials_sheen does not go with {other} and is left out")), "{said}");
+    }
+    let apart = json!({
+        "sheenColorFactor": [1, 1, 1], "sheenRoughnessFactor": 0.5, "sheenColorTexture": {"index": 0},
+        "sheenRoughnessTexture": {"index": 0, "texCoord": 1},
+    });
+    let (_, said) = told(json!({"extensions": {"KHR_materials_sheen": apart}}));
+    assert!(said.contains("sheenRoughnessTexture lies otherwise than sheenColorTexture and is left out"), "{said}");
 }

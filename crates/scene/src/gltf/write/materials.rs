@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use super::expressible::power_of_two_above;
 use super::images::{self, TextureForm};
 use super::{DocumentBuilder, number, surfaces};
-use crate::{AlphaMode, DIELECTRIC, Error, Material, Scene, TextureSlot, UvMap};
+use crate::{AlphaMode, DIELECTRIC, Error, Material, Scene, Sheen, TextureSlot, UvMap};
 
 /// A material, and the coat that lies on it: by their numbers in the scene.
 pub(super) type CoatedMaterial = (usize, Option<usize>);
@@ -96,6 +96,7 @@ impl Writer<'_, '_> {
         }
         self.emission(&mut json, material);
         self.reflectance(&mut json, material);
+        self.sheen(&mut json, material);
         if material.unlit {
             self.extend(&mut json, "KHR_materials_unlit", json!({}));
         }
@@ -151,6 +152,21 @@ impl Writer<'_, '_> {
         if specular != json!({}) {
             self.extend(json, "KHR_materials_specular", specular);
         }
+    }
+
+    fn sheen(&mut self, json: &mut Value, material: &Material) {
+        let Sheen { color, roughness } = material.sheen;
+        if material.unlit || !material.sheen.is_seen() {
+            return;
+        }
+        let mut own = json!({
+            "sheenColorFactor": color.to_array().map(number),
+            "sheenRoughnessFactor": number(roughness),
+        });
+        // One texture has both: the colour, and a share of the roughness in its alpha.
+        self.texture(&mut own, "sheenColorTexture", material, TextureSlot::Sheen);
+        self.texture(&mut own, "sheenRoughnessTexture", material, TextureSlot::Sheen);
+        self.extend(json, "KHR_materials_sheen", own);
     }
 
     fn coat(&mut self, json: &mut Value, coat: &Material) {

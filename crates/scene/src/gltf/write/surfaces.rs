@@ -5,7 +5,7 @@ use std::collections::{BTreeSet, HashMap};
 use glam::Vec3;
 
 use super::expressible::tell;
-use crate::{AlphaMode, Brdf, DIELECTRIC, Material, Object, Scene, TextureSlot};
+use crate::{AlphaMode, Brdf, DIELECTRIC, Material, Object, Scene, Sheen, TextureSlot};
 
 pub(super) fn is_coat(material: &Material) -> bool {
     material.alpha_mode == AlphaMode::Coat
@@ -42,6 +42,10 @@ pub(super) fn express(scene: &mut Scene, left_out: &mut Vec<String>) {
 
 /// Writes another reflection model by the formulas of glTF's. Returns true if the two are only alike.
 fn model(material: &mut Material) -> bool {
+    // The other models have no lobe beside their own.
+    if material.brdf != Brdf::CookTorrance {
+        (material.sheen, material.sheen_texture) = (Sheen::NONE, None);
+    }
     match material.brdf {
         Brdf::CookTorrance => return false,
         // A dielectric that reflects nothing at any angle is a lambert surface, exactly (KHR_materials_specular).
@@ -79,6 +83,9 @@ fn normal_form(material: &mut Material) {
     if material.unlit {
         // An unlit material reflects nothing: these values do not matter.
         (material.reflectance, material.grazing, material.specular_texture) = (Vec3::splat(DIELECTRIC), 1.0, None);
+    }
+    if material.unlit || !material.sheen.is_seen() {
+        (material.sheen, material.sheen_texture) = (Sheen::NONE, None);
     }
     if !material.is_emissive() {
         material.emissive_texture = None;

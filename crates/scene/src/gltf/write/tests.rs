@@ -10,7 +10,7 @@ use crate::builtin::shapes;
 use crate::gltf::{GltfOptions, parse};
 use crate::{
     AlphaMode, Brdf, Camera, CastsShadow, ColorSpace, Emitter, Falloff, Filter, Imported, Light, LightKind, Look,
-    Material, NamedCamera, Object, Projection, Sampler, Texture, TextureSlot, UvMap, Wrap,
+    Material, NamedCamera, Object, Projection, Sampler, Sheen, Texture, TextureSlot, UvMap, Wrap,
 };
 
 fn shot() -> ExportedView {
@@ -87,6 +87,9 @@ fn materials() -> Vec<Material> {
         of("bumpy", &|own| {
             (own.normal_texture, own.normal_scale, own.metallic_roughness_texture) = (Some(1), 0.7, Some(1));
             own.uv_maps[TextureSlot::MetallicRoughness as usize] = moved;
+        }),
+        of("velvet", &|own| {
+            (own.sheen, own.sheen_texture) = (Sheen { color: Vec3::new(0.9, 0.1, 0.3), roughness: 0.4 }, Some(2));
         }),
         of("shaded", &|own| (own.occlusion_texture, own.specular_texture) = (Some(1), Some(2))),
     ]

@@ -20,7 +20,11 @@ pub(super) fn ambient<R: Real>(reflector: &Reflector<R>, environment: &Environme
     let mirrored_up = R::of(2.0) * normal.dot(view) * normal.y - view.y;
     let share = lobe_share(reflector);
     let base = reflector.diffuse.component_mul(&share.map(|share| R::one() - share));
-    [base.component_mul(&collected(normal.y)), share.component_mul(&collected(mirrored_up))]
+    let [base, lobe] = [base.component_mul(&collected(normal.y)), share.component_mul(&collected(mirrored_up))];
+    let Some(fibres) = &reflector.fibres else { return [base, lobe] };
+    // They are taken to collect the half-spheres as the base does.
+    let scattered = fibres.scattered().component_mul(&collected(normal.y));
+    [base * fibres.left(), lobe * fibres.left() + scattered]
 }
 
 /// Share of even light from everywhere that the lobe reflects: Karis's fit for GGX with Schlick's Fresnel ("Physically Based Shading

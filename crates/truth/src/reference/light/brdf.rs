@@ -7,7 +7,8 @@ use glam::DVec3;
 use nalgebra::Vector3;
 
 use super::real::{Real, unit, vector, widened};
-use crate::reference::{ShadingPoint, Smith};
+use super::sheen::Fibres;
+use crate::reference::{ShadingPoint, Smith, SurfaceLobes};
 use afterlight_scene::Brdf;
 
 /// Least perceptual roughness, part of the model.
@@ -46,6 +47,8 @@ pub struct Reflector<R: Real> {
     pub(super) roughness: R,
     shininess: R,
     smith: Smith,
+    pub(super) fibres: Option<Fibres<R>>,
+    lobes: SurfaceLobes,
 }
 
 /// The same in f64, for light from all directions.
@@ -67,12 +70,24 @@ pub struct Collector {
     pub grazing: f64,
     /// Perceptual, no less than [`MIN_ROUGHNESS`].
     pub roughness: f64,
+    /// The lobes beside base and highlight.
+    pub lobes: SurfaceLobes,
 }
 
 impl Collector {
-    /// The lobe of Cook-Torrance for light from a direction, a unit vector on the normal's side, in inverse steradians.
+    /// The lobes of Cook-Torrance for light from a direction, a unit vector on the normal's side, in inverse steradians.
     pub fn lobe(&self, light: DVec3) -> DVec3 {
-        let reflector = Reflector::<f64> {
+        widened(self.reflector().reflect(&vector(light)).lobe)
+    }
+
+    /// The share of light from a direction that other lobes leave to the base.
+    pub fn left(&self, light: DVec3) -> f64 {
+        let fibres = Fibres::<f64>::of(&self.lobes, self.n_dot_v);
+        fibres.map_or(1.0, |fibres| fibres.left_of(self.normal.dot(light)))
+    }
+
+    fn reflector(&self) -> Reflector<f64> {
+        Reflector {
             brdf: self.brdf,
             normal: vector(self.normal),
             view: vector(self.view),
@@ -83,8 +98,9 @@ impl Collector {
             roughness: self.roughness,
             shininess: 0.0,
             smith: Smith::HeightCorrelated,
-        };
-        widened(reflector.reflect(&vector(light)).lobe)
+            fibres: Fibres::of(&self.lobes, self.n_dot_v),
+            lobes: self.lobes,
+        }
     }
 }
 
@@ -100,6 +116,7 @@ impl<R: Real> Reflector<R> {
             specular: widened(self.specular),
             grazing: self.grazing.wide(),
             roughness: self.roughness.wide(),
+            lobes: self.lobes,
         }
     }
 
@@ -116,9 +133,13 @@ impl<R: Real> Reflector<R> {
             Brdf::Phong | Brdf::BlinnPhong => (albedo, vector(surface.specular)),
             Brdf::Lambert => (albedo, Vector3::zeros()),
         };
+        let n_dot_v = normal.dot(&view).max(R::of(MIN_N_DOT_V));
+        let lobes = if surface.brdf == Brdf::CookTorrance { surface.lobes } else { SurfaceLobes::NONE };
         Self {
             brdf: surface.brdf,
-            n_dot_v: normal.dot(&view).max(R::of(MIN_N_DOT_V)),
+            fibres: Fibres::of(&lobes, n_dot_v),
+            lobes,
+            n_dot_v,
             normal,
             view,
             diffuse,
@@ -138,7 +159,11 @@ impl<R: Real> Reflector<R> {
             Brdf::CookTorrance => {
                 let fresnel = self.fresnel(light);
                 let base = lambert.component_mul(&fresnel.map(|share| R::one() - share));
-                Reflectance { base, lobe: fresnel * self.microfacets(light) }
+                let below = Reflectance { base, lobe: fresnel * self.microfacets(light) };
+                match &self.fibres {
+                    Some(fibres) => fibres.over(below, (&self.normal, &self.view, self.n_dot_v), light),
+                    None => below,
+                }
             }
             Brdf::Phong => Reflectance { base: lambert, lobe: self.specular * self.phong(light) },
             Brdf::BlinnPhong => Reflectance { base: lambert, lobe: self.specular * self.blinn_phong(light) },

@@ -7,6 +7,7 @@ mod ambient;
 mod brdf;
 mod falloff;
 mod real;
+mod sheen;
 #[cfg(test)]
 mod tests;
 
@@ -14,11 +15,12 @@ pub use brdf::{Collector, DIELECTRIC, MIN_N_DOT_V, MIN_PHONG_COSINE, MIN_ROUGHNE
 pub use falloff::{MIN_CONE, MIN_DISTANCE, MIN_POLYNOMIAL, arriving, to_light, weakened};
 pub use real::Real;
 pub(super) use real::{vector, widened};
+pub use sheen::{MIN_SHEEN_ROUGHNESS, sheen_share, summed_sheen_share};
 
 use glam::DVec3;
 use nalgebra::Vector3;
 
-use super::{ShadingPoint, Smith};
+use super::{ShadingPoint, Smith, SurfaceLobes};
 use afterlight_scene::{Environment, Light};
 
 /// The light that reaches a surface.
@@ -95,9 +97,10 @@ pub fn split_radiance<R: Real>(
     Radiance { body: widened(body), shine: widened(shine) }
 }
 
-/// Returns the ambient light that the lobe mirrors, unoccluded, in nits.
+/// Returns the ambient light that the lobe mirrors, unoccluded, in nits: of the bare surface, without its other lobes.
 pub fn mirrored_ambient(surface: &ShadingPoint, environment: &Environment) -> DVec3 {
-    let [_, lobe] = ambient::ambient(&Reflector::<f64>::new(surface, Smith::default()), environment);
+    let bare = ShadingPoint { lobes: SurfaceLobes::NONE, ..*surface };
+    let [_, lobe] = ambient::ambient(&Reflector::<f64>::new(&bare, Smith::default()), environment);
     widened(lobe)
 }
 

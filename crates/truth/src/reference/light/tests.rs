@@ -23,6 +23,7 @@ fn mirror(alpha: f64) -> ShadingPoint {
         reflectance: DVec3::splat(DIELECTRIC),
         grazing: 1.0,
         shininess: 0.0,
+        lobes: SurfaceLobes::NONE,
         occlusion: 1.0,
         emissive: DVec3::ZERO,
         alpha: 1.0,
@@ -102,21 +103,26 @@ fn any_brdf() -> impl Strategy<Value = Brdf> {
 fn any_surface() -> impl Strategy<Value = ShadingPoint> {
     let colors = (prop::array::uniform3(0.0..=1.0f64), prop::array::uniform3(0.0..=1.0f64));
     let terms = (0.0..=1.0f64, 0.1..=1.0f64, 0.0..200.0f64, 0.0..=1.0f64);
-    (any_brdf(), any_direction(), 0.1..30.0f64, colors, terms).prop_map(|(brdf, view, distance, colors, terms)| {
-        let (metallic, roughness, shininess, occlusion) = terms;
-        let [albedo, specular] = [colors.0, colors.1].map(DVec3::from);
-        ShadingPoint {
-            brdf,
-            position: -view * distance,
-            albedo,
-            specular,
-            metallic,
-            roughness,
-            shininess,
-            occlusion,
-            ..mirror(1.0)
-        }
-    })
+    let sheen = (prop::array::uniform3(0.0..=1.0f64), 0.0..=1.0f64);
+    (any_brdf(), any_direction(), 0.1..30.0f64, (colors, sheen), terms).prop_map(
+        |(brdf, view, distance, colors, terms)| {
+            let (colors, (sheen, sheen_roughness)) = colors;
+            let (metallic, roughness, shininess, occlusion) = terms;
+            let [albedo, specular] = [colors.0, colors.1].map(DVec3::from);
+            ShadingPoint {
+                brdf,
+                position: -view * distance,
+                albedo,
+                specular,
+                metallic,
+                roughness,
+                shininess,
+                occlusion,
+                lobes: SurfaceLobes { sheen: DVec3::from(sheen), sheen_roughness },
+                ..mirror(1.0)
+            }
+        },
+    )
 }
 
 fn lamp(position: DVec3, falloff: Falloff, range: Option<f64>) -> Light {
@@ -358,4 +364,52 @@ fn body_and_shine_add_up_and_a_mirror_has_no_body() {
     assert_eq!(split_radiance::<f64>(&mirror(0.25), &illumination, &mut |_| 1.0).body, DVec3::ZERO);
     let chalk = split_radiance::<f64>(&lambert(1.0), &illumination, &mut |_| 1.0);
     assert_eq!(chalk.shine, DVec3::ZERO);
+}
+
+/// Fibres over a black surface that mirrors nothing.
+fn fibres(roughness: f64) -> ShadingPoint {
+    let lobes = SurfaceLobes { sheen: DVec3::ONE, sheen_roughness: roughness };
+    ShadingPoint { albedo: DVec3::ZERO, metallic: 0.0, reflectance: DVec3::ZERO, grazing: 0.0, lobes, ..mirror(0.25) }
+}
+
+#[test]
+fn a_sheen_has_the_value_of_its_formula() {
+    // Seen from 60 degrees, lit from 60 degrees a quarter turn aside, of alpha 1: n.h = 1 / |(s, s, 1)| with s = sqrt(3) / 2.
+    let (s, half) = (0.75f64.sqrt(), 0.5f64);
+    let surface = ShadingPoint { position: -DVec3::new(s, half, 0.0), ..fibres(1.0) };
+    let sine = (1.0 - 1.0 / 2.5f64).sqrt();
+    let curve = 21.5473 / (1.0 + 3.82987 * half.powf(0.19823)) - 1.97760 * half - 4.32054;
+    let expected = 3.0 * sine / (2.0 * PI) / ((1.0 + 2.0 * curve.exp()) * 4.0 * half * half);
+    let found = Reflector::<f64>::new(&surface, Smith::default()).reflect(&Vector3::new(0.0, half, s)).lobe.x;
+    assert!((found - expected).abs() < 1e-12, "{found}, not {expected}");
+    // Fibres that stand upright send nothing back along them.
+    let above = Reflector::<f64>::new(&fibres(0.5), Smith::default()).reflect(&Vector3::new(0.0, 1.0, 0.0));
+    assert_eq!(above.lobe, Vector3::zeros());
+}
+
+/// The table's share against a sum of its own, which [`collected`] takes evenly and not denser at grazing angles.
+#[test]
+fn shares_of_a_sheen_are_what_it_scatters_of_even_light() {
+    for (mu, roughness) in [(0.05, 0.5), (0.3, 0.25), (0.3, 0.7), (0.7, 0.4), (1.0, 1.0)] {
+        let seen = seen_at(mu, fibres(roughness));
+        let reflector = Reflector::<f64>::new(&seen, Smith::default());
+        let summed = collected(|light| reflector.reflect(light).lobe.x);
+        let found = sheen_share(mu, roughness);
+        assert!((found - summed).abs() < 2e-3, "{mu} {roughness}: {found}, not {summed}");
+        assert!((summed_sheen_share(mu, roughness, 200) - summed).abs() < 3e-4, "{mu} {roughness}");
+    }
+}
+
+#[test]
+fn a_white_surface_under_a_sheen_gives_back_no_more_even_light_than_arrives() {
+    let environment = Environment { ambient: Vec3::ONE, ..DARK };
+    for (mu, roughness) in [(0.1, 0.3), (0.1, 1.0), (0.5, 0.5), (0.9, 0.7)] {
+        let chalk = ShadingPoint { albedo: DVec3::ONE, ..seen_at(mu, fibres(roughness)) };
+        let ambient = lit::<f64>(&chalk, &[], &environment).x;
+        // Of Karis's fit a dielectric that mirrors nothing has a share that is not quite 0.
+        assert!((ambient - 1.0).abs() < 5e-3, "{mu} {roughness}: {ambient}");
+        let reflector = Reflector::<f64>::new(&chalk, Smith::default());
+        let lights = collected(|light| (reflector.reflect(light).base + reflector.reflect(light).lobe).x);
+        assert!(lights < 1.0 && lights > 0.7, "{mu} {roughness}: {lights}");
+    }
 }

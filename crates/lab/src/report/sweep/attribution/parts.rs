@@ -155,7 +155,7 @@ fn moved(surface: &ShadingPoint, from: &GbufferTexel, to: &GbufferTexel) -> Gbuf
 mod tests {
     use super::*;
     use afterlight::scene::{Brdf, Environment, HdrFormat, Light, LightKind, Tonemap};
-    use afterlight_truth::reference::Smith;
+    use afterlight_truth::reference::{Smith, SurfaceLobes};
 
     /// A light that is half hidden, and to the device a quarter.
     struct Half;
@@ -184,6 +184,7 @@ mod tests {
             reflectance: DVec3::splat(0.04),
             grazing: 1.0,
             shininess: 30.0,
+            lobes: SurfaceLobes::NONE,
             occlusion: 1.0,
             emissive: DVec3::ZERO,
             alpha: 1.0,

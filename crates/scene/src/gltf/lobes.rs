@@ -1,0 +1,76 @@
+//! Lobes of a material's extensions.
+
+use super::json::TextureInfo;
+use super::json_extensions::SheenExtension;
+use super::materials::{MaterialBuilder, Pending, lie_alike};
+use super::textures::{ImageWithFallback, Recipe, picture};
+use crate::{MIN_SHEEN_ROUGHNESS, Sheen, TextureSlot};
+
+/// The extensions that make no sense beside a lobe: each says so in its section "Exclusions".
+fn is_excluded(reader: &mut MaterialBuilder, extension: &str) -> bool {
+    let extensions = &reader.json.extensions;
+    let other = match () {
+        () if extensions.unlit.is_some() => "KHR_materials_unlit",
+        () if extensions.glossy.is_some() => "KHR_materials_pbrSpecularGlossiness",
+        () => return false,
+    };
+    reader.warnings.push(format!("{extension} does not go with {other} and is left out"));
+    true
+}
+
+impl MaterialBuilder<'_> {
+    /// Reads the lobes of a material into it.
+    pub(super) fn lobes(&mut self, pending: &mut Pending) {
+        let json = self.json;
+        if let Some(own) = &json.extensions.sheen
+            && !is_excluded(self, "KHR_materials_sheen")
+        {
+            self.sheen(pending, own);
+        }
+    }
+
+    fn sheen(&mut self, pending: &mut Pending, own: &SheenExtension) {
+        let color = self.color("sheenColorFactor", own.sheen_color_factor.unwrap_or([0.0; 3]));
+        let roughness = self.share("sheenRoughnessFactor", own.sheen_roughness_factor);
+        let sheen = Sheen { color, roughness };
+        if !sheen.is_seen() {
+            return;
+        }
+        if roughness < MIN_SHEEN_ROUGHNESS {
+            self.warnings.push(format!(
+                "its sheenRoughnessFactor is {roughness}, below the least of the model, taken for {MIN_SHEEN_ROUGHNESS}"
+            ));
+        }
+        pending.material.sheen = sheen;
+        let textures = (own.sheen_color_texture.as_ref(), own.sheen_roughness_texture.as_ref());
+        self.color_and_share(
+            pending,
+            TextureSlot::Sheen,
+            textures,
+            "sheenRoughnessTexture lies otherwise than sheenColorTexture",
+        );
+    }
+
+    /// Asks for one texture of two: the colour of the first, and the alpha of the second. The second is left out where it lies otherwise.
+    pub(super) fn color_and_share(
+        &mut self,
+        pending: &mut Pending,
+        slot: TextureSlot,
+        (color, mut share): (Option<&TextureInfo>, Option<&TextureInfo>),
+        otherwise: &str,
+    ) {
+        let Some(info) = color.or(share) else { return };
+        if let (Some(a), Some(b)) = (color, share)
+            && !lie_alike(a, b)
+        {
+            self.warnings.push(format!("{otherwise} and is left out"));
+            share = None;
+        }
+        let mut of = |info: Option<&TextureInfo>| -> Option<ImageWithFallback> {
+            let found = info.and_then(|info| picture(self.document, info.index, &mut self.warnings));
+            found.map(|(found, _)| found)
+        };
+        let [color, strength] = [of(color), of(share)];
+        self.ask(pending, slot, info, |_| Recipe::Specular { color, strength });
+    }
+}

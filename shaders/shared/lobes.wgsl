@@ -1,0 +1,143 @@
+// Lobes that a surface has beside its base and its highlight. A G-buffer has no room for their values, so such surfaces are lit as they are drawn.
+//
+// A pipeline's constants say which lobes its material has; code for the others is left out.
+#define_import_path afterlight::lobes
+
+const PI: f32 = 3.14159265358979;
+
+// Fibres that stand on the surface (KHR_materials_sheen).
+override SHEEN: bool = false;
+
+// Guards, part of the model: the roughness of a sheen is at least MIN_SHEEN_ROUGHNESS. MIN_COSINE is for lights in the surface's plane, whose light
+// has no share in the picture.
+const MIN_SHEEN_ROUGHNESS: f32 = 0.07; // host
+const MIN_COSINE: f32 = 1e-6;
+// Along each edge of the table of a sheen's shares: 1.2% of a share is the most that a finer table would change.
+const SHEEN_EDGE: u32 = 32u; // host
+const SHEEN_SHARES: u32 = 1024u; // host
+
+// The parameters of a material.
+struct LobeRow {
+    // Colour of the sheen, and its perceptual roughness.
+    sheen: vec4<f32>,
+}
+
+struct LobeData {
+    // By roughness, and in each row by the root of a cosine: the share of even light that a white sheen scatters in a direction.
+    sheen_shares: array<f32, SHEEN_SHARES>,
+    rows: array<LobeRow>,
+}
+
+@group(0) @binding(11) var<storage, read> lobe_data: LobeData;
+
+// The lobes of the surface that is lit, seen from the camera.
+struct Lobes {
+    sheen: vec3<f32>,
+    // Of the sheen's distribution.
+    alpha: f32,
+    roughness: f32,
+    // The largest channel of its colour.
+    most: f32,
+    // Its share of even light, and its visibility's term, towards the eye.
+    at_view: f32,
+    hidden: f32,
+}
+
+var<private> lobes: Lobes;
+
+// Takes the lobes of a material for all that is lit after this. `sheen`: its texture, white without one.
+fn take_lobes(row: u32, sheen: vec4<f32>, n_dot_v: f32) {
+    if SHEEN {
+        take_sheen(lobe_data.rows[row].sheen * sheen, n_dot_v);
+        lobes.at_view = sheen_share(n_dot_v);
+    }
+}
+
+// Takes the colour and the roughness of a sheen.
+fn take_sheen(sheen: vec4<f32>, n_dot_v: f32) {
+    lobes.sheen = sheen.rgb;
+    lobes.roughness = max(sheen.a, MIN_SHEEN_ROUGHNESS);
+    lobes.alpha = lobes.roughness * lobes.roughness;
+    lobes.most = max(sheen.r, max(sheen.g, sheen.b));
+    lobes.hidden = sheen_hidden(n_dot_v);
+}
+
+// From the table, bilinear.
+fn sheen_share(cosine: f32) -> f32 {
+    let last = f32(SHEEN_EDGE - 1u);
+    let place = vec2(sqrt(saturate(cosine)), saturate(lobes.roughness)) * last;
+    let corner = min(floor(place), vec2(last - 1.0));
+    let within = place - corner;
+    let first = u32(corner.y) * SHEEN_EDGE + u32(corner.x);
+    let upper = mix(lobe_data.sheen_shares[first], lobe_data.sheen_shares[first + 1u], within.x);
+    let lower = mix(lobe_data.sheen_shares[first + SHEEN_EDGE], lobe_data.sheen_shares[first + SHEEN_EDGE + 1u], within.x);
+    return mix(upper, lower, within.y);
+}
+
+fn sheen_curve(x: f32) -> f32 {
+    let smooth_share = (1.0 - lobes.alpha) * (1.0 - lobes.alpha);
+    let a = mix(21.5473, 25.3245, smooth_share);
+    let b = mix(3.82987, 3.32435, smooth_share);
+    let c = mix(0.19823, 0.16801, smooth_share);
+    let d = mix(-1.97760, -1.27393, smooth_share);
+    let e = mix(-4.32054, -4.85967, smooth_share);
+    return a / (1.0 + b * pow(max(x, MIN_COSINE), c)) + d * x + e;
+}
+
+// Lambda of the visibility (Estevez and Kulla, "Production Friendly Microfacet Sheen BRDF", 2017, equation 3).
+fn sheen_hidden(cosine: f32) -> f32 {
+    if cosine < 0.5 {
+        return exp(sheen_curve(cosine));
+    }
+    return exp(2.0 * sheen_curve(0.5) - sheen_curve(max(1.0 - cosine, 0.0)));
+}
+
+// The share of light that a sheen leaves to what lies below it, of one direction.
+fn left_by_sheen(share: f32) -> f32 {
+    return max(1.0 - lobes.most * share, 0.0);
+}
+
+// The surface's f(l, v) with its other lobes over it; `below` is that of base and highlight.
+fn over_surface(below: vec3<f32>, normal: vec3<f32>, view: vec3<f32>, n_dot_v: f32, light: vec3<f32>, n_dot_l: f32) -> vec3<f32> {
+    if !SHEEN {
+        return below;
+    }
+    let share = sheen_share(max(n_dot_l, MIN_COSINE));
+    let left = min(left_by_sheen(lobes.at_view), left_by_sheen(share));
+    return below * left + sheen_lobe(normal, view, n_dot_v, light, n_dot_l);
+}
+
+// f of the sheen alone: D V, where F is its colour.
+fn sheen_lobe(normal: vec3<f32>, view: vec3<f32>, n_dot_v: f32, light: vec3<f32>, n_dot_l: f32) -> vec3<f32> {
+    // sin^2 of the angle between normal and half vector, of l + v as long as it is.
+    let sum = light + view;
+    let across = cross(normal, sum);
+    let sine_squared = min(dot(across, across) / max(dot(sum, sum), 1e-30), 1.0);
+    let inverse = 1.0 / lobes.alpha;
+    let distribution = (2.0 + inverse) * pow(max(sine_squared, 1e-30), 0.5 * inverse) * (0.5 / PI);
+    let cosine = max(n_dot_l, MIN_COSINE);
+    let visibility = 0.25 / ((1.0 + lobes.hidden + sheen_hidden(cosine)) * cosine * n_dot_v);
+    return lobes.sheen * (distribution * visibility);
+}
+
+// The share of light from everywhere that other lobes leave to base and highlight, by the angle to the eye alone.
+fn left_by_lobes() -> f32 {
+    return select(1.0, left_by_sheen(lobes.at_view), SHEEN);
+}
+
+// The direction from which they scatter most light of the sky to the eye: the mean of a sheen's lobe leans to the eye's side, the more so the smoother
+// it is. The tangent of its angle to the normal is this within a tenth for roughnesses of 0.4 to 1, and within a third from 0.2 on; the lobe is nearly
+// as wide as the cosine's.
+fn gathering(normal: vec3<f32>, view: vec3<f32>, n_dot_v: f32) -> vec3<f32> {
+    if !SHEEN {
+        return normal;
+    }
+    let aside = view - normal * dot(normal, view);
+    let lean = 0.145 * pow(lobes.alpha, -0.75) * (1.0 + 1.4 * n_dot_v);
+    return normalize(normal + aside * (lean * inverseSqrt(max(dot(aside, aside), 1e-8))));
+}
+
+// The share of light from everywhere that they scatter to the eye. They are taken to collect it by the cosine, as the base does.
+fn scattered_by_lobes() -> vec3<f32> {
+    return select(vec3(0.0), lobes.sheen * lobes.at_view, SHEEN);
+}
