@@ -7,7 +7,7 @@
 #import afterlight::encodings::{decode_normal, decode_shininess, encode_normal, encode_shininess, octahedral, octahedral_decode, OCTAHEDRAL}
 #import afterlight::frame::{position_at}
 #import afterlight::lights::{reach_of, Light, ALL_TRAITS, MIXED_FALLOFF}
-#import afterlight::lobes::{sheen_lobe, take_sheen}
+#import afterlight::lobes::{interference, sheen_lobe, take_sheen}
 #import afterlight::tonemapping::{encode_srgb, tone_map}
 #ifdef PLANTED
 #import afterlight::textbook::{textbook_light}
@@ -127,6 +127,7 @@ fn evaluate(in: Input) -> vec4<f32> {
         case 12u: { return vec4(position_of(in), 0.0); }
         case 13u: { return vec4(decode_shininess(encode_shininess(in.a.x)), 0.0, 0.0, 0.0); }
         case 15u: { return vec4(sheen_of(in), 0.0); }
+        case 16u: { return vec4(interference(in.b.x, in.b.y, in.a.xyz, in.a.w), 0.0); }
         default: { return vec4(reach_of(light_of(in), vec3(0.0), MIXED_FALLOFF, ALL_TRAITS).to_light, 0.0); }
     }
 }

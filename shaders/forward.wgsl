@@ -35,7 +35,7 @@
 #import afterlight::clusters::{cluster_at, cluster_lights}
 #endif
 #ifdef LOBES
-#import afterlight::lobes::{take_lobes}
+#import afterlight::lobes::{take_below, take_lobes}
 #endif
 #import afterlight::fogged::{seen_through_air}
 #import afterlight::texel::{Texel}
@@ -141,6 +141,9 @@ struct Varying {
     @location(6) @interpolate(perspective, centroid) metal_and_occlusion: vec4<f32>,
     @location(7) @interpolate(perspective, centroid) emissive_and_specular: vec4<f32>,
     @location(8) @interpolate(perspective, centroid) of_shininess: vec4<f32>,
+#ifdef LOBES
+    @location(9) @interpolate(perspective, centroid) of_film: vec4<f32>,
+#endif
 #else
     @location(2) @interpolate(perspective, centroid) uv: vec2<f32>,
 #endif
@@ -171,6 +174,9 @@ fn vertex(in: Vertex) -> Varying {
     out.metal_and_occlusion = uvs.metal_and_occlusion;
     out.emissive_and_specular = uvs.emissive_and_specular;
     out.of_shininess = uvs.of_shininess;
+#ifdef LOBES
+    out.of_film = uvs.of_film;
+#endif
 #else
     out.uv = in.uv;
 #endif
@@ -189,7 +195,16 @@ fn vertex(in: Vertex) -> Varying {
 #ifdef TEXTURED
 fn uvs_of(in: Varying) -> Uvs {
 #ifdef EXTRAS
-    return Uvs(in.base_and_normal, in.metal_and_occlusion, in.emissive_and_specular, in.of_shininess, layer_of(unpacked_look(in.look).w));
+    var uvs: Uvs;
+    uvs.base_and_normal = in.base_and_normal;
+    uvs.metal_and_occlusion = in.metal_and_occlusion;
+    uvs.emissive_and_specular = in.emissive_and_specular;
+    uvs.of_shininess = in.of_shininess;
+#ifdef LOBES
+    uvs.of_film = in.of_film;
+#endif
+    uvs.layer = layer_of(unpacked_look(in.look).w);
+    return uvs;
 #else
     return Uvs(in.uv);
 #endif
@@ -292,7 +307,8 @@ fn shade(in: Varying, front: bool) -> vec4<f32> {
     let model = Model(BRDF, FALLOFF, TRAITS, DIRECTIONAL_SHADOWS, PUNCTUAL_SHADOWS, SHADOW_FILTER, TEXTBOOK);
     var surface = surface_of(texel, model);
 #ifdef LOBES
-    take_lobes(push.lobes, point.sheen, surface.n_dot_v);
+    take_below(texel.dielectric.facing, texel.albedo, texel.metallic);
+    take_lobes(push.lobes, point.sheen, point.film, surface.n_dot_v);
 #endif
     var alpha = select(saturate(point.base.a), 1.0, OPACITY == HIDES);
     if OPACITY == GLASS {

@@ -7,6 +7,8 @@ const PI: f32 = 3.14159265358979;
 
 // Fibres that stand on the surface (KHR_materials_sheen).
 override SHEEN: bool = false;
+// A thin film, that reflects each colour at other angles (KHR_materials_iridescence).
+override FILM: bool = false;
 
 // Guards, part of the model: the roughness of a sheen is at least MIN_SHEEN_ROUGHNESS. MIN_COSINE is for lights in the surface's plane, whose light
 // has no share in the picture.
@@ -20,6 +22,8 @@ const SHEEN_SHARES: u32 = 1024u; // host
 struct LobeRow {
     // Colour of the sheen, and its perceptual roughness.
     sheen: vec4<f32>,
+    // Of the film: strength, index of refraction, least and most thickness in nanometres.
+    film: vec4<f32>,
 }
 
 struct LobeData {
@@ -41,12 +45,27 @@ struct Lobes {
     // Its share of even light, and its visibility's term, towards the eye.
     at_view: f32,
     hidden: f32,
+    // Of the film: its share in the reflectance, its index of refraction and its thickness in nanometres.
+    film: f32,
+    film_ior: f32,
+    nanometres: f32,
+    // Reflectance facing the eye of what lies below it: of the share that is no metal, and of the metal.
+    dielectric: vec3<f32>,
+    metal: vec3<f32>,
+    metallic: f32,
 }
 
 var<private> lobes: Lobes;
 
-// Takes the lobes of a material for all that is lit after this. `sheen`: its texture, white without one.
-fn take_lobes(row: u32, sheen: vec4<f32>, n_dot_v: f32) {
+// Takes the lobes of a material for all that is lit after this. `sheen` and `film`: their textures, white without one.
+fn take_lobes(row: u32, sheen: vec4<f32>, film: vec4<f32>, n_dot_v: f32) {
+    if FILM {
+        let own = lobe_data.rows[row].film;
+        lobes.film_ior = own.y;
+        lobes.nanometres = mix(own.z, own.w, film.g);
+        // A film without thickness is none: it comes within the first 0.03 nm.
+        lobes.film = own.x * film.r * smoothstep(0.0, 0.03, lobes.nanometres);
+    }
     if SHEEN {
         take_sheen(lobe_data.rows[row].sheen * sheen, n_dot_v);
         lobes.at_view = sheen_share(n_dot_v);
@@ -60,6 +79,13 @@ fn take_sheen(sheen: vec4<f32>, n_dot_v: f32) {
     lobes.alpha = lobes.roughness * lobes.roughness;
     lobes.most = max(sheen.r, max(sheen.g, sheen.b));
     lobes.hidden = sheen_hidden(n_dot_v);
+}
+
+// Takes what lies below a film.
+fn take_below(dielectric: vec3<f32>, metal: vec3<f32>, metallic: f32) {
+    lobes.dielectric = dielectric;
+    lobes.metal = metal;
+    lobes.metallic = metallic;
 }
 
 // From the table, bilinear.
@@ -140,4 +166,70 @@ fn gathering(normal: vec3<f32>, view: vec3<f32>, n_dot_v: f32) -> vec3<f32> {
 // The share of light from everywhere that they scatter to the eye. They are taken to collect it by the cosine, as the base does.
 fn scattered_by_lobes() -> vec3<f32> {
     return select(vec3(0.0), lobes.sheen * lobes.at_view, SHEEN);
+}
+
+// ((n1 - n2) / (n1 + n2))^2.
+fn facing_of(inside: vec3<f32>, outside: f32) -> vec3<f32> {
+    let root = (inside - outside) / (inside + outside);
+    return root * root;
+}
+
+fn fifth_power(x: f32) -> f32 {
+    let x2 = x * x;
+    return x2 * x2 * x;
+}
+
+// The eye's sensitivities in the Fourier domain, as Gaussians, by the path in nanometres: in linear Rec. 709.
+fn sensitivity(path: f32, shift: vec3<f32>) -> vec3<f32> {
+    let phase = 2.0e-9 * PI * path;
+    let spread = vec3(4.3278e+09, 9.3046e+09, 6.6121e+09);
+    // Each Gaussian's weight times the root of 2 pi its variance, over 1.0685e-7.
+    let weight = vec3(0.846590, 1.000222, 1.001122);
+    var xyz = weight * cos(vec3(1.6810e+06, 1.7953e+06, 2.2084e+06) * phase + shift) * exp(-phase * phase * spread);
+    xyz.x += 0.153868 * cos(2.2399e+06 * phase + shift.x) * exp(-phase * phase * 4.5282e+09);
+    return mat3x3(3.2404542, -0.9692660, 0.0556434, -1.5371385, 1.8760108, -0.2040259, -0.4985314, 0.0415560, 1.0572252) * xyz;
+}
+
+// The reflectance of a film in air over a surface with this reflectance facing the eye (Belcour and Barla, "A Practical Extension to Microfacet Theory for
+// the Modeling of Varying Iridescence", 2017, as KHR_materials_iridescence has it).
+fn interference(ior: f32, nanometres: f32, below: vec3<f32>, cosine: f32) -> vec3<f32> {
+    // Not 1 less the sine's square, which cancels where the index is that of air.
+    let inner = sqrt(max((ior - 1.0) * (ior + 1.0) + cosine * cosine, 0.0)) / ior;
+    let upper_facing = facing_of(vec3(ior), 1.0).x;
+    let upper = upper_facing + (1.0 - upper_facing) * fifth_power(1.0 - cosine);
+    let passed = 1.0 - upper;
+    let root = sqrt(min(below + 1e-4, vec3(0.9999)));
+    let base = (1.0 + root) / (1.0 - root);
+    let lower_facing = facing_of(base, ior);
+    let lower = lower_facing + (1.0 - lower_facing) * fifth_power(1.0 - inner);
+    // Light that is reflected at what is denser is shifted by half a wave: here, relative to the first reflection.
+    let shift = vec3(PI) + select(vec3(0.0), vec3(PI), base < vec3(ior));
+    let both = clamp(lower * upper, vec3(1e-5), vec3(0.9999));
+    let returned = lower * (passed * passed) / (1.0 - both);
+    let path = 2.0 * ior * nanometres * inner;
+    let first = (returned - passed) * sqrt(both);
+    let second = first * sqrt(both);
+    let sum = returned + upper + 2.0 * (first * sensitivity(path, shift) + second * sensitivity(2.0 * path, 2.0 * shift));
+    return max(sum, vec3(0.0));
+}
+
+// The reflectance by the cosine between view and half vector, of a surface that has `bare` without its film.
+fn film_reflectance(cosine: f32, bare: vec3<f32>) -> vec3<f32> {
+    var own = vec3(0.0);
+    if lobes.metallic < 1.0 {
+        own = interference(lobes.film_ior, lobes.nanometres, lobes.dielectric, cosine) * (1.0 - lobes.metallic);
+    }
+    if lobes.metallic > 0.0 {
+        own += interference(lobes.film_ior, lobes.nanometres, lobes.metal, cosine) * lobes.metallic;
+    }
+    return mix(bare, own, lobes.film);
+}
+
+// The reflectance facing the eye that gives Schlick's Fresnel the film's at the angle of the eye. Angles so grazing that Schlick's share exceeds 0.9 tell
+// nothing of it.
+fn film_facing(facing: vec3<f32>, grazing: f32, n_dot_v: f32) -> vec3<f32> {
+    let share = fifth_power(1.0 - min(n_dot_v, 1.0));
+    let seen = film_reflectance(min(n_dot_v, 1.0), facing + (vec3(grazing) - facing) * share);
+    let told = min(share, 0.9);
+    return saturate((seen - vec3(grazing * told)) / (1.0 - told));
 }

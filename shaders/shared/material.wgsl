@@ -41,6 +41,7 @@ var<immediate> push: Push;
 @group(1) @binding(6) var shininess_texture: texture_2d_array<f32>;
 #ifdef LOBES
 @group(1) @binding(7) var sheen_texture: texture_2d_array<f32>;
+@group(1) @binding(8) var film_texture: texture_2d_array<f32>;
 #endif
 #else
 @group(1) @binding(0) var base_color_texture: texture_2d<f32>;
@@ -52,6 +53,7 @@ var<immediate> push: Push;
 @group(1) @binding(6) var shininess_texture: texture_2d<f32>;
 #ifdef LOBES
 @group(1) @binding(7) var sheen_texture: texture_2d<f32>;
+@group(1) @binding(8) var film_texture: texture_2d<f32>;
 #endif
 #endif
 // Each texture's sampler. Where a material's textures are all sampled alike, these are names of one, at binding 15.
@@ -64,6 +66,7 @@ var<immediate> push: Push;
 @group(1) @binding(22) var shininess_sampler: sampler;
 #ifdef LOBES
 @group(1) @binding(23) var sheen_sampler: sampler;
+@group(1) @binding(24) var film_sampler: sampler;
 #endif
 
 #ifdef EXTRAS
@@ -88,6 +91,7 @@ const EMISSIVE_SLOT: u32 = 4u; // host
 const SPECULAR_SLOT: u32 = 5u; // host
 const SHININESS_SLOT: u32 = 6u; // host
 const SHEEN_SLOT: u32 = 7u; // host
+const FILM_SLOT: u32 = 8u; // host
 
 // Bits of TEXTURES in the passes: which of a material's textures exist. The variables of others are names of one that does, and are never
 // sampled. The bit of a slot is that of its binding.
@@ -98,6 +102,7 @@ const EMISSIVE: u32 = 16u; // host
 const SPECULAR: u32 = 32u; // host
 const SHININESS: u32 = 64u; // host
 const SHEEN: u32 = 128u; // host
+const FILM: u32 = 256u; // host
 
 // A material's values at a point, in its own terms.
 struct Point {
@@ -112,8 +117,9 @@ struct Point {
     // The strength of the specular, from a texture's alpha.
     strength: f32,
 #ifdef LOBES
-    // Its texture alone: lobes.wgsl has the factors.
+    // Their textures alone: lobes.wgsl has the factors.
     sheen: vec4<f32>,
+    film: vec4<f32>,
 #endif
 }
 
@@ -126,6 +132,10 @@ struct Uvs {
     emissive_and_specular: vec4<f32>,
     // And of the sheen, where it is drawn.
     of_shininess: vec4<f32>,
+#ifdef LOBES
+    // And of the film.
+    of_film: vec4<f32>,
+#endif
     // The layer of each texture in which the instance's cell lies.
     layer: u32,
 }
@@ -152,6 +162,7 @@ fn mapped_uvs(first: vec2<f32>, second: vec2<f32>, look: vec4<u32>) -> Uvs {
         vec4(mapped_uv(4u, first, second), mapped_uv(5u, first, second)),
 #ifdef LOBES
         vec4(mapped_uv(6u, first, second), mapped_uv(7u, first, second)),
+        vec4(mapped_uv(8u, first, second), 0.0, 0.0),
 #else
         vec4(mapped_uv(6u, first, second), 0.0, 0.0),
 #endif
@@ -170,6 +181,11 @@ fn uv_of(slot: u32, uvs: Uvs) -> vec2<f32> {
     } else if slot < 6u {
         pair = uvs.emissive_and_specular;
     }
+#ifdef LOBES
+    if slot >= 8u {
+        pair = uvs.of_film;
+    }
+#endif
     return select(pair.xy, pair.zw, (slot & 1u) != 0u);
 #else
     return uvs.of_all;
@@ -256,6 +272,9 @@ fn point_at(uvs: Uvs, textures: u32) -> Point {
     if (textures & SHEEN) != 0u {
         point.sheen = texel_of(SHEEN_SLOT, sheen_texture, sheen_sampler, uvs);
     }
+    if (textures & FILM) != 0u {
+        point.film = texel_of(FILM_SLOT, film_texture, film_sampler, uvs);
+    }
 #endif
     return point;
 }
@@ -272,6 +291,7 @@ fn plain_point() -> Point {
     point.strength = 1.0;
 #ifdef LOBES
     point.sheen = vec4(1.0);
+    point.film = vec4(1.0);
 #endif
     return point;
 }

@@ -15,7 +15,8 @@
 #import afterlight::sky::{sky_light}
 #endif
 #ifdef LOBES
-#import afterlight::lobes::{gathering, left_by_lobes, over_surface, scattered_by_lobes}
+#import afterlight::brdf::{ggx_lobe, half_vector}
+#import afterlight::lobes::{film_facing, film_reflectance, gathering, left_by_lobes, over_surface, scattered_by_lobes, FILM}
 #ifdef SKY_LIGHT
 #import afterlight::sky::{even_sky}
 #endif
@@ -59,13 +60,42 @@ fn brdf_of(surface: Surface, model: Model) -> u32 {
     return select(model.brdf, surface.brdf, model.brdf == MIXED_BRDF);
 }
 
+#ifdef LOBES
+// Cook-Torrance with the Fresnel term of a thin film. Its brightest channel darkens the base, or the base would have the opposite colour.
+fn filmed_light(surface: Surface, to_light: vec3<f32>, n_dot_l: f32) -> vec3<f32> {
+    let half = half_vector(to_light + surface.view);
+    let v_dot_h = min(0.5 * half.length, 1.0);
+    let x = 1.0 - v_dot_h;
+    let x2 = x * x;
+    let fresnel = film_reflectance(v_dot_h, surface.specular + surface.fresnel_rise * (x2 * x2 * x));
+    let smith = n_dot_l * surface.smith_v + surface.n_dot_v * sqrt(n_dot_l * n_dot_l * surface.smith_slope + surface.alpha_squared);
+    let lobe = ggx_lobe(surface.normal, half.direction, surface.alpha_squared, smith);
+    return surface.diffuse * (1.0 - max(fresnel.r, max(fresnel.g, fresnel.b))) + fresnel * lobe;
+}
+
+// The surface as it reflects light from everywhere: under a film, with its reflectance at the angle of the eye.
+fn in_even_light(surface: Surface) -> Surface {
+    var even = surface;
+    if FILM {
+        even.specular = film_facing(surface.specular, surface.grazing, surface.n_dot_v);
+        even.fresnel_rise = vec3(surface.grazing) - even.specular;
+    }
+    return even;
+}
+#endif
+
 // f(l, v).
 fn reflected(surface: Surface, model: Model, to_light: vec3<f32>, n_dot_l: f32) -> vec3<f32> {
     if model.textbook {
         return textbook_light(surface, brdf_of(surface, model), to_light, n_dot_l);
     }
 #ifdef LOBES
-    let below = reflect_light(surface, brdf_of(surface, model), to_light, n_dot_l);
+    var below = vec3(0.0);
+    if FILM {
+        below = filmed_light(surface, to_light, n_dot_l);
+    } else {
+        below = reflect_light(surface, brdf_of(surface, model), to_light, n_dot_l);
+    }
     return over_surface(below, surface.normal, surface.view, surface.n_dot_v, to_light, n_dot_l);
 #else
     return reflect_light(surface, brdf_of(surface, model), to_light, n_dot_l);
@@ -177,14 +207,14 @@ fn light_everywhere(surface: Surface, texel: Texel, model: Model, which: Everywh
     var radiance = vec3(0.0);
     if which.ambient {
 #ifdef LOBES
-        radiance += ambient_light(surface, texel, model) * left_by_lobes() + ambient_of_lobes(surface, texel);
+        radiance += ambient_light(in_even_light(surface), texel, model) * left_by_lobes() + ambient_of_lobes(surface, texel);
 #else
         radiance += ambient_light(surface, texel, model);
 #endif
     }
 #ifdef SKY_LIGHT
 #ifdef LOBES
-    let below = sky_light(surface, brdf_of(surface, model), texel) * left_by_lobes();
+    let below = sky_light(in_even_light(surface), brdf_of(surface, model), texel) * left_by_lobes();
     let toward = gathering(surface.normal, surface.view, surface.n_dot_v);
     radiance += (below + even_sky(toward) * scattered_by_lobes()) * texel.occlusion;
 #else

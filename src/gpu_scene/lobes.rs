@@ -7,7 +7,7 @@ use glam::Vec4;
 use rayon::prelude::*;
 
 use crate::plan::FramePlan;
-use crate::scene::MIN_SHEEN_ROUGHNESS;
+use crate::scene::{MIN_SHEEN_ROUGHNESS, Material};
 use crate::shaders::shared::lobes as wgsl;
 use crate::visible::World;
 
@@ -24,14 +24,15 @@ const _: () = {
 };
 
 /// `LobeRow` of the shader.
-type LobeRow = [Vec4; 1];
+type LobeRow = [Vec4; 2];
 
 /// The rows of a frame's materials, in the plan's order.
 pub(super) fn rows(world: &World, plan: &FramePlan) -> Vec<LobeRow> {
     let materials = plan.effects.lobes.iter().flat_map(|own| &own.materials);
     let row = |&material: &usize| {
-        let sheen = world.materials[material].sheen;
-        [sheen.color.extend(sheen.roughness)]
+        let Material { sheen, film, .. } = &world.materials[material];
+        let [least, most] = film.nanometres;
+        [sheen.color.extend(sheen.roughness), Vec4::new(film.strength, film.ior, least, most)]
     };
     materials.map(row).collect()
 }

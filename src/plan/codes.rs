@@ -33,7 +33,7 @@ codes! {
     TextureSlot: BaseColor = material::BASE_COLOR_SLOT, Normal = material::NORMAL_SLOT,
     MetallicRoughness = material::METALLIC_ROUGHNESS_SLOT, Occlusion = material::OCCLUSION_SLOT,
     Emissive = material::EMISSIVE_SLOT, Specular = material::SPECULAR_SLOT, Shininess = material::SHININESS_SLOT,
-    Sheen = material::SHEEN_SLOT
+    Sheen = material::SHEEN_SLOT, Film = material::FILM_SLOT
 }
 
 const _: () = {
@@ -57,5 +57,5 @@ const _: () = {
     assert!(material::EMISSIVE == 1 << material::EMISSIVE_SLOT && seen::EMISSIVE == material::EMISSIVE);
     assert!(material::SPECULAR == 1 << material::SPECULAR_SLOT && seen::SPECULAR == material::SPECULAR);
     assert!(material::SHININESS == 1 << material::SHININESS_SLOT && seen::SHININESS == material::SHININESS);
-    assert!(material::SHEEN == 1 << material::SHEEN_SLOT);
+    assert!(material::SHEEN == 1 << material::SHEEN_SLOT && material::FILM == 1 << material::FILM_SLOT);
 };

@@ -23,6 +23,9 @@ pub fn radiance(material: &Material, lights: &[Light], point: DVec3, normal: DVe
         lobes: SurfaceLobes {
             sheen: material.sheen.color.as_dvec3(),
             sheen_roughness: f64::from(material.sheen.roughness),
+            film: f64::from(material.film.strength),
+            film_ior: f64::from(material.film.ior),
+            film_nanometres: f64::from(material.film.nanometres[1]),
         },
         occlusion: 1.0,
         emissive: DVec3::ZERO,

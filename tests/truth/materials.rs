@@ -8,7 +8,7 @@ use crate::common::stage::{add, directional, display, exact, lambert, plane, poi
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
     AlphaMode, Brdf, ColorSpace, Environment, Falloff, Filter, Keep, LightPath, Material, Mesh, Object, Sampler, Scene,
-    Settings, Sheen, Texture, TextureSlot, Transparency, UvMap, Wrap,
+    Settings, Sheen, Texture, TextureSlot, ThinFilm, Transparency, UvMap, Wrap,
 };
 use afterlight_truth::reference::{CameraView, Mode, Reference, Smith, TruthOptions};
 use glam::{DAffine3, DVec2, DVec3, Vec3};
@@ -431,6 +431,41 @@ fn a_sheen_is_that_of_the_truth_on_every_path_that_draws_it() {
                     [scene.clone(), bare(scene.clone())].map(|scene| gpu.draw(&scene, &nits_of(path)));
                 let moved = places(&with).filter(|&(x, y)| nits(&with, x, y) != nits(&without, x, y)).count();
                 assert!(moved > 500, "{what}: {moved} pixels");
+            }
+        }
+    });
+}
+
+#[test]
+fn a_thin_film_is_that_of_the_truth_on_every_path_that_draws_it() {
+    on_gpu(|gpu| {
+        let oil = |metallic, roughness| Material {
+            base_color: Vec3::new(0.9, 0.7, 0.5),
+            metallic,
+            roughness,
+            film: ThinFilm { strength: 1.0, ior: 1.6, nanometres: [150.0, 450.0] },
+            ..Material::default()
+        };
+        let both = Material { sheen: Sheen { color: Vec3::splat(0.4), roughness: 0.5 }, ..oil(0.3, 0.4) };
+        let cases = [
+            ("oil on metal", oil(1.0, 0.4)),
+            ("oil on plastic", oil(0.0, 0.3)),
+            ("textured", Material { film_texture: Some(0), ..oil(1.0, 0.5) }),
+            ("under a sheen", both),
+        ];
+        for (turn, (name, material)) in cases.into_iter().enumerate() {
+            let mut scene = ball(material.clone());
+            scene.textures.push(texture(Sampler::DEFAULT));
+            scene.environment.ambient = Vec3::new(0.2, 0.3, 0.4);
+            add(
+                &mut scene,
+                shapes::sphere(0.25, 48),
+                Material::default(),
+                DAffine3::from_translation(DVec3::NEG_Y * 0.7),
+            );
+            let bound = if material.film_texture.is_some() { [5e-4, 1e-2] } else { [1e-4, 3e-3] };
+            for path in paths(gpu, &scene, turn) {
+                assert_near(gpu, &scene, &nits_of(path), bound, 0.94, &format!("{name}, {path}"));
             }
         }
     });

@@ -174,7 +174,11 @@ fn out_of_range(values: &[(&str, Vec3, RangeInclusive<f32>)]) -> Option<String> 
     if !value.is_finite() {
         return Some(infinite(name));
     }
-    Some(if *range == SHARE { format!("{name} is not from 0 to 1") } else { format!("{name} is negative") })
+    Some(match *range.start() {
+        _ if *range == SHARE => format!("{name} is not from 0 to 1"),
+        1.0 => format!("{name} is below 1"),
+        _ => format!("{name} is negative"),
+    })
 }
 
 impl Material {
@@ -189,6 +193,10 @@ impl Material {
             number("grazing", self.grazing, SHARE),
             ("sheen_color", self.sheen.color, SHARE),
             number("sheen_roughness", self.sheen.roughness, SHARE),
+            number("film", self.film.strength, SHARE),
+            number("film_ior", self.film.ior, 1.0..=f32::MAX),
+            number("film_thickness", self.film.nanometres[0], POSITIVE),
+            number("film_thickness", self.film.nanometres[1], POSITIVE),
             ("emissive", self.emissive, POSITIVE),
             number("alpha", self.alpha, SHARE),
             number("alpha_cutoff", cutoff, SHARE),

@@ -24,6 +24,33 @@ impl Sheen {
     }
 }
 
+/// A thin film on a surface, as of oil or on a soap bubble, that reflects each colour at other angles (KHR_materials_iridescence). Cook-Torrance materials alone have it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ThinFilm {
+    /// Share of the film's reflectance in the surface's, 0 to 1; 0 is no film.
+    pub strength: f32,
+    /// Index of refraction, 1 and up.
+    pub ior: f32,
+    /// Least and most thickness in nanometres, 0 and up: those of black and of white in the texture. Without a texture the film has the latter.
+    pub nanometres: [f32; 2],
+}
+
+impl ThinFilm {
+    /// A surface without a film.
+    pub const NONE: Self = Self { strength: 0.0, ior: 1.3, nanometres: [100.0, 400.0] };
+
+    /// Returns true if it changes what the surface reflects.
+    pub fn is_seen(&self) -> bool {
+        self.strength > 0.0 && self.nanometres != [0.0; 2]
+    }
+}
+
+impl Default for ThinFilm {
+    fn default() -> Self {
+        Self::NONE
+    }
+}
+
 impl Default for Sheen {
     fn default() -> Self {
         Self::NONE

@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3, Vec3};
 
 use super::settings::choice;
-use super::{ColorSpace, OptionalPart, Sheen};
+use super::{ColorSpace, OptionalPart, Sheen, ThinFilm};
 
 choice! {
     /// A reflection model (docs/FORMULAS.md has the formulas; `shaders/shared/brdf.wgsl` is the code).
@@ -62,11 +62,13 @@ pub enum TextureSlot {
     Shininess,
     /// The colour of a sheen: sRGB colour. Linear alpha is a share of its roughness.
     Sheen,
+    /// Of a thin film: its strength in red, and in green its place between the least and the most thickness. Linear.
+    Film,
 }
 
 impl TextureSlot {
     /// All slots, in order.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::BaseColor,
         Self::Normal,
         Self::MetallicRoughness,
@@ -75,6 +77,7 @@ impl TextureSlot {
         Self::Specular,
         Self::Shininess,
         Self::Sheen,
+        Self::Film,
     ];
 
     /// The number of slots whose textures a G-buffer has the values of. The slots after them belong to [lobes](super::Sheen).
@@ -117,7 +120,7 @@ const RED: [bool; 4] = [true, false, false, false];
 const RGB: [bool; 4] = [true, true, true, false];
 
 /// In the order of [`TextureSlot`]. White is neutral to all but normal maps.
-pub(crate) const FORMS: [SlotForm; 8] = [
+pub(crate) const FORMS: [SlotForm; 9] = [
     SlotForm {
         key: "base_color_texture",
         name: "base colour textures",
@@ -221,6 +224,22 @@ pub(crate) const FORMS: [SlotForm; 8] = [
         get: |material| material.sheen_texture,
         get_mut: |material| &mut material.sheen_texture,
     },
+    SlotForm {
+        key: "film_texture",
+        name: "thin film textures",
+        part: OptionalPart::FilmTextures,
+        color_space: ColorSpace::Linear,
+        channels: [true, true, false, false],
+        phong: Some(false),
+        fold: |material, color| {
+            let ThinFilm { strength, nanometres: [least, most], .. } = &mut material.film;
+            *strength = scaled(*strength, color[0]);
+            let own = f64::from(*least) + (f64::from(*most) - f64::from(*least)) * color[1];
+            (*least, *most) = (own as f32, own as f32);
+        },
+        get: |material| material.film_texture,
+        get_mut: |material| &mut material.film_texture,
+    },
 ];
 
 /// A factor of a material times the value of a texel, which both are of f32: rounded once.
@@ -303,6 +322,8 @@ pub struct Material {
     pub two_sided: bool,
     /// The lobe of its fibres; black where it has none.
     pub sheen: Sheen,
+    /// A thin film on it; of strength 0 where it has none.
+    pub film: ThinFilm,
     /// True if it emits its base colour, in nits, in any light, and reflects nothing (KHR_materials_unlit).
     pub unlit: bool,
     /// Rows and columns of cells that each of its textures is made of, 1 to 256 each: all texture coordinates, from 0 to 1 and beyond, lie
@@ -326,6 +347,8 @@ pub struct Material {
     pub shininess_texture: Option<usize>,
     /// Multiplies the colour of `sheen`, and its roughness by alpha.
     pub sheen_texture: Option<usize>,
+    /// Multiplies the strength of `film`, and chooses its thickness.
+    pub film_texture: Option<usize>,
 }
 
 impl Default for Material {
@@ -347,6 +370,7 @@ impl Default for Material {
             normal_scale: 1.0,
             two_sided: false,
             sheen: Sheen::NONE,
+            film: ThinFilm::NONE,
             unlit: false,
             atlas: [1, 1],
             uv_maps: [UvMap::IDENTITY; TextureSlot::ALL.len()],
@@ -358,6 +382,7 @@ impl Default for Material {
             specular_texture: None,
             shininess_texture: None,
             sheen_texture: None,
+            film_texture: None,
         }
     }
 }
@@ -402,7 +427,9 @@ impl Material {
 
     /// Returns true if it has a lobe beside its base and its highlight where it is drawn with this model.
     pub fn has_lobes(&self, model: Brdf) -> bool {
-        model == Brdf::CookTorrance && self.alpha_mode != AlphaMode::Coat && self.sheen.is_seen()
+        model == Brdf::CookTorrance
+            && self.alpha_mode != AlphaMode::Coat
+            && (self.sheen.is_seen() || self.film.is_seen())
     }
 
     /// Returns true if texels below a cut-off are left out.

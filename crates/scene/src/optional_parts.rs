@@ -81,6 +81,8 @@ optional_parts! {
     ShininessTextures = "shininess-textures",
     /// The sampling of textures of a sheen by materials that have a sheen and no such texture.
     SheenTextures = "sheen-textures",
+    /// The sampling of textures of a thin film by materials that have a film and no such texture.
+    FilmTextures = "film-textures",
     /// Textures of materials that no drawn object has, and those that no pipeline samples.
     UnusedTextures = "unused-textures",
     /// The texels of textures that the device can sample in the blocks of their files.

@@ -8,7 +8,7 @@ use crate::plan::effect::{Effect, EffectRequest, LightReaders, Variation};
 use crate::plan::parts::part;
 use crate::plan::surfaces::lobes_are_drawn;
 use crate::plan::{FramePlan, PartGroup, Shading, SurfaceRules};
-use crate::scene::{Scene, Settings, Sheen, counted};
+use crate::scene::{Scene, Settings, Sheen, ThinFilm, counted};
 use crate::shaders::shared::lobes::SHEEN_SHARES;
 
 /// The name of its line in `inspect`.
@@ -39,13 +39,21 @@ pub(crate) const EFFECT: Effect = Effect {
         let bytes = plan.effects.lobes.as_ref().map_or(0, LobesPlan::bytes);
         vec![part(LINE, plan.effects.lobes.is_some(), reason, 2 * bytes).of(PartGroup::Lights)]
     },
-    variations: &[Variation::with("with a sheen", dress_in_velvet, |_| {})],
+    variations: &[
+        Variation::with("with a sheen", dress_in_velvet, |_| {}),
+        Variation::with("under thin films", lay_films, |_| {}),
+    ],
     ..Effect::PLAIN
 };
 
 fn dress_in_velvet(scene: &mut Scene) {
     let sheen = Sheen { color: Vec3::new(0.9, 0.5, 0.7), roughness: 0.4 };
     scene.materials.iter_mut().for_each(|material| material.sheen = sheen);
+}
+
+fn lay_films(scene: &mut Scene) {
+    let film = ThinFilm { strength: 0.75, ior: 1.4, nanometres: [200.0, 500.0] };
+    scene.materials.iter_mut().for_each(|material| material.film = film);
 }
 
 /// Returns true if an object of the scene wears a material that has a lobe, drawn with the model of the settings.
@@ -74,9 +82,9 @@ impl LobesPlan {
         (!materials.is_empty()).then(|| Self { materials: materials.into_iter().collect() })
     }
 
-    /// Bytes of the buffer of one frame: the table of shares, and four floats a lobe.
+    /// Bytes of the buffer of one frame: the table of shares, and eight floats a material.
     pub fn bytes(&self) -> u64 {
-        4 * u64::from(SHEEN_SHARES) + 16 * self.materials.len() as u64
+        4 * u64::from(SHEEN_SHARES) + 32 * self.materials.len() as u64
     }
 
     /// The row of a material.

@@ -13,6 +13,8 @@ impl LobeMask {
     pub const NONE: Self = Self(0);
     /// [`Material::sheen`].
     pub const SHEEN: Self = Self(1);
+    /// [`Material::film`].
+    pub const FILM: Self = Self(2);
 
     /// Returns true if it has all lobes of the other one.
     pub fn contains(self, other: Self) -> bool {
@@ -25,10 +27,9 @@ impl LobeMask {
     }
 
     fn of(material: &Material, model: Brdf) -> Self {
-        match material.has_lobes(model) {
-            true if material.sheen.is_seen() => Self::SHEEN,
-            _ => Self::NONE,
-        }
+        let own = [(material.sheen.is_seen(), Self::SHEEN), (material.film.is_seen(), Self::FILM)];
+        let own = own.into_iter().filter(|(seen, _)| *seen && material.has_lobes(model));
+        own.fold(Self::NONE, |all, (_, lobe)| Self(all.0 | lobe.0))
     }
 }
 
@@ -52,6 +53,7 @@ impl SurfaceRules<'_> {
     pub(super) fn has_lobe_of(&self, material: &Material, slot: TextureSlot) -> bool {
         let lobe = match slot {
             TextureSlot::Sheen => LobeMask::SHEEN,
+            TextureSlot::Film => LobeMask::FILM,
             _ => return false,
         };
         self.lobes_of(material).contains(lobe)

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use glam::{DVec2, DVec3, Vec3};
 
-use super::node::{FACTOR, KeyedValue, REFRACTION, SHARE, STRENGTH, Table};
+use super::node::{FACTOR, KeyedValue, NANOMETRES, REFRACTION, SHARE, STRENGTH, Table};
 use super::schema;
 use crate::texture::read_image;
 use crate::{
@@ -140,6 +140,9 @@ fn change(table: &Table, material: &mut Material) -> Result<(), Error> {
     material.ambient = share("ambient", material.ambient)?;
     material.sheen.color = color("sheen_color", material.sheen.color)?;
     material.sheen.roughness = share("sheen_roughness", material.sheen.roughness)?;
+    material.film.strength = share("film", material.film.strength)?;
+    material.film.ior = table.read("film_ior", |node| node.number_f32(REFRACTION))?.unwrap_or(material.film.ior);
+    material.film.nanometres = table.read("film_thickness", thickness)?.unwrap_or(material.film.nanometres);
     let strength = table.read("emissive_strength", |node| node.number_f32(STRENGTH))?.unwrap_or(1.0);
     let emissive = table.read("emissive", |node| node.color(STRENGTH))?;
     material.emissive = emissive.unwrap_or(material.emissive) * strength;
@@ -150,6 +153,12 @@ fn change(table: &Table, material: &mut Material) -> Result<(), Error> {
     material.atlas = table.read("atlas", atlas)?.unwrap_or(material.atlas);
     material.alpha_mode = alpha_mode(table, material.alpha_mode)?;
     dielectric(table, material)
+}
+
+/// Nanometres of a film: of black and of white in its texture.
+fn thickness(node: &KeyedValue) -> Result<[f32; 2], Error> {
+    let [least, most] = node.list()?.try_into().map_err(|_| node.wrong("must be [least, most]"))?;
+    Ok([least.number_f32(NANOMETRES)?, most.number_f32(NANOMETRES)?])
 }
 
 /// Rows and columns.

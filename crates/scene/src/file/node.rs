@@ -73,6 +73,7 @@ pub(super) const SUN_ANGLE: NumberRange =
     NumberRange { text: "from 0 to 90 degrees", holds: |x| (0.0..=90.0).contains(&x) };
 /// Indices of refraction: 1 reflects nothing.
 pub(super) const REFRACTION: NumberRange = NumberRange { text: "from 1 to 100", holds: |x| (1.0..=100.0).contains(&x) };
+pub(super) const NANOMETRES: NumberRange = NumberRange { text: "from 0 to 1e6", holds: |x| (0.0..=1e6).contains(&x) };
 pub(super) const FACTOR: NumberRange = NumberRange { text: "a number from -1e6 to 1e6", holds: |x| x.abs() <= 1e6 };
 
 /// A value with the key that leads to it.

@@ -179,6 +179,8 @@ pub(super) struct MaterialExtensions {
     pub glossy: Option<SpecularGlossiness>,
     #[serde(rename = "KHR_materials_sheen")]
     pub sheen: Option<SheenExtension>,
+    #[serde(rename = "KHR_materials_iridescence")]
+    pub iridescence: Option<Iridescence>,
 }
 
 /// Says nothing but that it is there.
@@ -233,6 +235,17 @@ pub(super) struct SheenExtension {
     pub sheen_color_texture: Option<TextureInfo>,
     pub sheen_roughness_factor: f64,
     pub sheen_roughness_texture: Option<TextureInfo>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct Iridescence {
+    pub iridescence_factor: f64,
+    pub iridescence_texture: Option<TextureInfo>,
+    pub iridescence_ior: Option<f64>,
+    pub iridescence_thickness_minimum: Option<f64>,
+    pub iridescence_thickness_maximum: Option<f64>,
+    pub iridescence_thickness_texture: Option<TextureInfo>,
 }
 
 #[derive(Debug, Default, Deserialize)]

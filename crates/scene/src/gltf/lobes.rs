@@ -1,10 +1,10 @@
 //! Lobes of a material's extensions.
 
 use super::json::TextureInfo;
-use super::json_extensions::SheenExtension;
+use super::json_extensions::{Iridescence, SheenExtension};
 use super::materials::{MaterialBuilder, Pending, lie_alike};
 use super::textures::{ImageWithFallback, Recipe, picture};
-use crate::{MIN_SHEEN_ROUGHNESS, Sheen, TextureSlot};
+use crate::{MIN_SHEEN_ROUGHNESS, Sheen, TextureSlot, ThinFilm};
 
 /// The extensions that make no sense beside a lobe: each says so in its section "Exclusions".
 fn is_excluded(reader: &mut MaterialBuilder, extension: &str) -> bool {
@@ -26,6 +26,11 @@ impl MaterialBuilder<'_> {
             && !is_excluded(self, "KHR_materials_sheen")
         {
             self.sheen(pending, own);
+        }
+        if let Some(own) = &json.extensions.iridescence
+            && !is_excluded(self, "KHR_materials_iridescence")
+        {
+            self.film(pending, own);
         }
     }
 
@@ -49,6 +54,41 @@ impl MaterialBuilder<'_> {
             textures,
             "sheenRoughnessTexture lies otherwise than sheenColorTexture",
         );
+    }
+
+    fn film(&mut self, pending: &mut Pending, own: &Iridescence) {
+        let strength = self.share("iridescenceFactor", own.iridescence_factor);
+        if strength == 0.0 {
+            return;
+        }
+        let usual = ThinFilm::NONE;
+        let ior = own.iridescence_ior.unwrap_or(f64::from(usual.ior));
+        let ior = self.number("iridescenceIor", ior, 1.0, 100.0);
+        let [least, most] = [
+            ("iridescenceThicknessMinimum", own.iridescence_thickness_minimum, usual.nanometres[0]),
+            ("iridescenceThicknessMaximum", own.iridescence_thickness_maximum, usual.nanometres[1]),
+        ]
+        .map(|(what, value, usual)| self.number(what, value.unwrap_or(f64::from(usual)), 0.0, 1e6));
+        let (share, thickness) = (own.iridescence_texture.as_ref(), own.iridescence_thickness_texture.as_ref());
+        let least = if thickness.is_some() { least } else { most };
+        let film = ThinFilm { strength, ior, nanometres: [least, most] };
+        if !film.is_seen() {
+            self.warnings.push("its film of KHR_materials_iridescence is 0 nm thick, drawn without it".into());
+            return;
+        }
+        pending.material.film = film;
+        let Some(info) = share.or(thickness) else { return };
+        let lie = share.is_none_or(|a| thickness.is_none_or(|b| lie_alike(a, b)));
+        if !lie {
+            self.warnings
+                .push("iridescenceTexture lies otherwise than iridescenceThicknessTexture and is left out".into());
+        }
+        let (info, share) = if lie { (info, share) } else { (thickness.unwrap_or(info), None) };
+        let mut of = |info: Option<&TextureInfo>| {
+            info.and_then(|info| picture(self.document, info.index, &mut self.warnings)).map(|(found, _)| found)
+        };
+        let [strength, thickness] = [of(share), of(thickness)];
+        self.ask(pending, TextureSlot::Film, info, |_| Recipe::Film { strength, thickness });
     }
 
     /// Asks for one texture of two: the colour of the first, and the alpha of the second. The second is left out where it lies otherwise.

@@ -36,6 +36,11 @@ pub(super) enum Recipe {
         color: Option<ImageWithFallback>,
         strength: Option<ImageWithFallback>,
     },
+    /// Red of `strength`, green of `thickness`.
+    Film {
+        strength: Option<ImageWithFallback>,
+        thickness: Option<ImageWithFallback>,
+    },
     /// Alpha times 1 - `factor` r, with r of `transmission`.
     Glass {
         color: Option<ImageWithFallback>,
@@ -61,7 +66,9 @@ impl Recipe {
             Self::Plain(picture, _) | Self::Occlusion(picture, _) | Self::Coat(picture) | Self::Gloss(picture, _) => {
                 (Some(picture), None)
             }
-            Self::Specular { color, strength } => (color, strength.filter(|strength| Some(*strength) != color)),
+            Self::Specular { color: first, strength: second } | Self::Film { strength: first, thickness: second } => {
+                (first, second.filter(|second| Some(*second) != first))
+            }
             Self::Glass { color, transmission, .. } => (color, Some(transmission).filter(|own| Some(*own) != color)),
         };
         first.into_iter().chain(second)
@@ -70,7 +77,7 @@ impl Recipe {
     fn color_space(&self) -> ColorSpace {
         match self {
             Self::Plain(_, color_space) => *color_space,
-            Self::Occlusion(..) | Self::Gloss(..) => ColorSpace::Linear,
+            Self::Occlusion(..) | Self::Gloss(..) | Self::Film { .. } => ColorSpace::Linear,
             Self::Specular { .. } | Self::Glass { .. } | Self::Coat(_) => ColorSpace::Srgb,
         }
     }
@@ -350,16 +357,12 @@ fn cooked(recipe: Recipe, mut found: impl Iterator<Item = Option<RgbaImage>>) ->
             rough(found.next()?.unwrap_or_else(white), f64::from_bits(factor))
         }
         Recipe::Specular { color, strength } => {
-            let first = if color.is_some() { found.next()? } else { None };
-            let same = strength.is_some() && strength == color;
-            let second = if same {
-                first.clone()
-            } else if strength.is_some() {
-                found.next()?
-            } else {
-                None
-            };
-            specular(first, second)?
+            let (color, strength) = two((color, strength), found)?;
+            merged(color, strength, |color, [.., alpha]| color[3] = alpha)?
+        }
+        Recipe::Film { strength, thickness } => {
+            let (strength, thickness) = two((strength, thickness), found)?;
+            merged(strength, thickness, |own, [_, green, ..]| *own = [own[0], green, 0, 255])?
         }
         Recipe::Glass { color, transmission, factor } => {
             let first = if color.is_some() { found.next()? } else { None };
@@ -400,17 +403,33 @@ fn with_alpha(color: Option<RgbaImage>, other: &RgbaImage, alpha: impl Fn(u8, u8
     color
 }
 
-/// RGB of the one and alpha of the other, white where there is none.
-fn specular(color: Option<RgbaImage>, strength: Option<RgbaImage>) -> Option<RgbaImage> {
-    if color.is_none() && strength.is_none() {
+/// The images of two pictures, of which either may be absent and both the same. `None` where an image is missing.
+fn two(
+    (first, second): (Option<ImageWithFallback>, Option<ImageWithFallback>),
+    mut found: impl Iterator<Item = Option<RgbaImage>>,
+) -> Option<(Option<RgbaImage>, Option<RgbaImage>)> {
+    let own = if first.is_some() { found.next()? } else { None };
+    let other = match second {
+        Some(_) if second == first => own.clone(),
+        Some(_) => found.next()?,
+        None => None,
+    };
+    Some((own, other))
+}
+
+/// The texels of the one, changed by those of the other; white where there is none. `None` without either.
+fn merged(
+    own: Option<RgbaImage>,
+    other: Option<RgbaImage>,
+    change: impl Fn(&mut [u8; 4], [u8; 4]),
+) -> Option<RgbaImage> {
+    if own.is_none() && other.is_none() {
         return None;
     }
     let white = || RgbaImage::from_pixel(1, 1, Rgba([255; 4]));
-    let (mut color, strength) = alike(color.unwrap_or_else(white), strength.unwrap_or_else(white));
-    for (texel, strength) in color.pixels_mut().zip(strength.pixels()) {
-        texel.0[3] = strength.0[3];
-    }
-    Some(color)
+    let (mut own, other) = alike(own.unwrap_or_else(white), other.unwrap_or_else(white));
+    own.pixels_mut().zip(other.pixels()).for_each(|(own, other)| change(&mut own.0, other.0));
+    Some(own)
 }
 
 /// Both as large as the larger of them.

@@ -9,7 +9,7 @@ use super::render::Reference;
 use super::{CameraView, Smith, TruthOptions};
 use afterlight_scene::{
     AlphaMode, Brdf, Camera, CastsShadow, ColorSpace, Environment, Light, Look, Material, Mesh, Object, Projection,
-    Sampler, Scene, Sky, SkyImage, SunDisc, Texels, Texture, TextureSlot, ThinLens, UvMap,
+    Sampler, Scene, Sky, SkyImage, SunDisc, Texels, Texture, TextureSlot, ThinFilm, ThinLens, UvMap,
 };
 
 #[cfg(test)]
@@ -116,6 +116,7 @@ impl Fingerprint {
             normal_scale,
             two_sided,
             sheen,
+            film,
             unlit,
             atlas,
             uv_maps,
@@ -127,6 +128,7 @@ impl Fingerprint {
             specular_texture,
             shininess_texture,
             sheen_texture,
+            film_texture,
         } = material;
         self.brdf(Some(*brdf));
         [base_color, specular, reflectance, emissive].into_iter().for_each(|color| self.color(*color));
@@ -159,6 +161,13 @@ impl Fingerprint {
             self.single(sheen.roughness);
             self.uv_map(&uv_maps[TextureSlot::Sheen as usize]);
             self.slot(*sheen_texture);
+        }
+        if film.is_seen() {
+            self.number(2);
+            let ThinFilm { strength, ior, nanometres: [least, most] } = film;
+            [strength, ior, least, most].into_iter().for_each(|value| self.single(*value));
+            self.uv_map(&uv_maps[TextureSlot::Film as usize]);
+            self.slot(*film_texture);
         }
     }
 

@@ -44,10 +44,14 @@ impl SurfacePoint<'_> {
         if !material.has_lobes(model) {
             return SurfaceLobes::NONE;
         }
-        let sheen = self.texel(TextureSlot::Sheen);
+        let (sheen, film) = (self.texel(TextureSlot::Sheen), self.texel(TextureSlot::Film));
+        let [least, most] = material.film.nanometres.map(f64::from);
         SurfaceLobes {
             sheen: material.sheen.color.as_dvec3() * sheen.truncate(),
             sheen_roughness: f64::from(material.sheen.roughness) * sheen.w,
+            film: f64::from(material.film.strength) * film.x,
+            film_ior: f64::from(material.film.ior),
+            film_nanometres: least + (most - least) * film.y,
         }
     }
 

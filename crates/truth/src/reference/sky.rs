@@ -171,10 +171,10 @@ fn even_of(surface: &Collector, share: DVec2) -> [DVec3; 2] {
     if surface.brdf != Brdf::CookTorrance {
         return [DVec3::ZERO, surface.diffuse];
     }
-    let single = surface.specular * share.x + DVec3::splat(surface.grazing * share.y);
+    let single = surface.even * share.x + DVec3::splat(surface.grazing * share.y);
     let missing = 1.0 - share.x - share.y;
     // The mean of Schlick's Fresnel over the cosine.
-    let mean = surface.specular + (DVec3::splat(surface.grazing) - surface.specular) / 21.0;
+    let mean = surface.even + (DVec3::splat(surface.grazing) - surface.even) / 21.0;
     let again = single * mean * missing / (DVec3::ONE - mean * missing);
     [again, surface.diffuse * (DVec3::ONE - single - again)]
 }

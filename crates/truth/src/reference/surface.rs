@@ -11,11 +11,18 @@ pub struct SurfaceLobes {
     pub sheen: DVec3,
     /// Perceptual roughness of the sheen, 0 to 1.
     pub sheen_roughness: f64,
+    /// Share of a thin film's reflectance in the surface's, 0 to 1.
+    pub film: f64,
+    /// Its index of refraction, 1 and up.
+    pub film_ior: f64,
+    /// Its thickness.
+    pub film_nanometres: f64,
 }
 
 impl SurfaceLobes {
     /// No lobe beside the usual ones.
-    pub const NONE: Self = Self { sheen: DVec3::ZERO, sheen_roughness: 0.0 };
+    pub const NONE: Self =
+        Self { sheen: DVec3::ZERO, sheen_roughness: 0.0, film: 0.0, film_ior: 1.0, film_nanometres: 0.0 };
 }
 
 /// A lit point, in the terms of its material with its textures looked up.

@@ -57,6 +57,10 @@ pub const CASES: &[Case] = &[
         .over(ROUGHNESS, "")
         .claim([0.0, 1.0], Bound { worst: 1e-3, mean: 1e-5 })
         .check(Check::Formula(|roughness| reflection(Formula::Sheen, truth::sheen, roughness, 1.0))),
+    case("formulas/thin-film", "the reflectance of a thin film over any surface, from any angle, by its thickness")
+        .over(SweepValues::List(&[0.0, 1e-3, 0.02, 1.0, 100.0, 250.0, 400.0, 700.0, 1200.0, 1e4, 1e6]), "nm")
+        .claim([0.0, 1e6], Bound { worst: 1e-4, mean: 2e-6 })
+        .check(Check::Formula(thin_film)),
     case("formulas/ggx-distribution", "D alone, by roughness, in and around its peak")
         .over(ROUGHNESS, "")
         .claim([0.0, 1.0], Bound { worst: 3e-3, mean: 1e-4 })
@@ -214,6 +218,16 @@ fn fresnel(cosine: f64) -> Trial {
         filled([red, green, blue, cosine as f32, share(&mut rng)])
     });
     each(Formula::Fresnel, &[("facing", 3), ("v.h", 1), ("grazing", 1)], truth::fresnel, inputs.collect())
+}
+
+fn thin_film(nanometres: f64) -> Trial {
+    let mut rng = rng(nanometres);
+    let inputs = (0..COUNT).map(|_| {
+        let [red, green, blue, cosine] = [0; 4].map(|_| share(&mut rng));
+        filled([red, green, blue, cosine, 1.0 + 2.0 * share(&mut rng), nanometres as f32])
+    });
+    let names = &[("facing below", 3), ("v.h", 1), ("index", 1), ("thickness", 1)];
+    each(Formula::Film, names, truth::film, inputs.collect())
 }
 
 /// Lights this far away, in any direction, that shine everywhere.

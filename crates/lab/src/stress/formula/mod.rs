@@ -51,6 +51,8 @@ pub enum Formula {
     ToLight,
     /// The lobe of a sheen, times the cosine to the light.
     Sheen,
+    /// The reflectance of a thin film.
+    Film,
 }
 
 /// The value that a formula should give for an input.

@@ -7,7 +7,9 @@ use nalgebra::Vector3;
 
 use super::{FormulaTruth, Input};
 use afterlight::scene::{Brdf, Environment, Falloff, Light, LightKind, Tonemap};
-use afterlight_truth::reference::light::{Illumination, MIN_ROUGHNESS, Reflector, arriving, radiance, weakened};
+use afterlight_truth::reference::light::{
+    Illumination, MIN_ROUGHNESS, Reflector, arriving, interference, radiance, weakened,
+};
 use afterlight_truth::reference::{ShadingPoint, Smith, SurfaceLobes, tonemap};
 
 /// Directions nearer to the horizon than this make the half vector of the difference of two long vectors: their rounding alone then moves
@@ -86,7 +88,7 @@ pub fn sheen(input: &Input) -> FormulaTruth {
     if n_dot_l <= 0.0 {
         return of(DVec3::ZERO, DARK, held);
     }
-    let lobes = SurfaceLobes { sheen: three(input, 12), sheen_roughness: one(input, 3) };
+    let lobes = SurfaceLobes { sheen: three(input, 12), sheen_roughness: one(input, 3), ..SurfaceLobes::NONE };
     let black = ShadingPoint {
         albedo: DVec3::ZERO,
         metallic: 0.0,
@@ -98,6 +100,11 @@ pub fn sheen(input: &Input) -> FormulaTruth {
     let reflectance = Reflector::<f64>::new(&black, Smith::HeightCorrelated);
     let lobe = reflectance.reflect(&Vector3::new(light.x, light.y, light.z)).lobe * n_dot_l;
     of(DVec3::new(lobe.x, lobe.y, lobe.z), DARK * n_dot_l, held)
+}
+
+/// A thin film over something that reflects.
+pub fn film(input: &Input) -> FormulaTruth {
+    of(interference(one(input, 4), one(input, 5), three(input, 0), one(input, 3)), 1e-2, true)
 }
 
 /// Wherever the eye is.

@@ -7,7 +7,7 @@ use std::io::Cursor;
 
 use super::{GltfBuilder, push};
 use crate::gltf::GltfOptions;
-use crate::{AlphaMode, ColorSpace, Filter, Imported, Sampler, Sheen, TextureSlot, UvMap, Wrap};
+use crate::{AlphaMode, ColorSpace, Filter, Imported, Sampler, Sheen, TextureSlot, ThinFilm, UvMap, Wrap};
 
 fn png(texels: &[[u8; 4]]) -> Vec<u8> {
     let image = RgbaImage::from_raw(texels.len() as u32, 1, texels.as_flattened().to_vec()).expect("an image");
@@ -358,4 +358,48 @@ fn odd_sheens_are_named_and_drawn_as_near_as_can_be() {
     });
     let (_, said) = told(json!({"extensions": {"KHR_materials_sheen": apart}}));
     assert!(said.contains("sheenRoughnessTexture lies otherwise than sheenColorTexture and is left out"), "{said}");
+}
+
+#[test]
+fn a_thin_film_is_read_with_its_thickness() {
+    let film = |own: Value| dressed(json!({"extensions": {"KHR_materials_iridescence": own}})).read();
+    let Imported { materials, textures, warnings, .. } = film(json!({
+        "iridescenceFactor": 0.5, "iridescenceIor": 1.8, "iridescenceThicknessMaximum": 600,
+        "iridescenceTexture": {"index": 1}, "iridescenceThicknessTexture": {"index": 0},
+    }));
+    assert_eq!(warnings, Vec::<String>::new());
+    assert_eq!(materials[0].film, ThinFilm { strength: 0.5, ior: 1.8, nanometres: [100.0, 600.0] });
+    let texture = &textures[materials[0].film_texture.expect("a texture")];
+    assert_eq!((textures.len(), texture.color_space), (1, ColorSpace::Linear));
+    // Red of the one and green of the other.
+    assert_eq!(texture.rgba8(0)[..2], [255, 128]);
+    // Without a texture of the thickness the film is as thick as it may be.
+    let plain = film(json!({"iridescenceFactor": 1, "iridescenceTexture": {"index": 1}}));
+    assert_eq!(plain.materials[0].film, ThinFilm { strength: 1.0, ior: 1.3, nanometres: [400.0; 2] });
+    assert_eq!(film(json!({"iridescenceThicknessMaximum": 600})).materials[0].film, ThinFilm::NONE);
+}
+
+#[test]
+fn odd_thin_films_are_named_and_drawn_as_near_as_can_be() {
+    let told = |film: Value| {
+        let material = json!({"extensions": {"KHR_materials_iridescence": film}});
+        let Imported { materials, warnings, .. } = dressed(material).read();
+        (materials[0].film, warnings.join("; "))
+    };
+    let (none, said) = told(json!({"iridescenceFactor": 1, "iridescenceThicknessMaximum": 0}));
+    assert_eq!(none, ThinFilm::NONE);
+    assert!(said.contains("is 0 nm thick, drawn without it"), "{said}");
+    let (odd, said) = told(json!({"iridescenceFactor": 2, "iridescenceIor": 0.5, "iridescenceThicknessMaximum": -5e9}));
+    assert_eq!(odd, ThinFilm::NONE);
+    for what in ["iridescenceFactor is 2", "iridescenceIor is 0.5", "iridescenceThicknessMaximum is -5000000000"] {
+        assert!(said.contains(what), "{said}");
+    }
+    let (bound, _) = told(json!({"iridescenceFactor": 2, "iridescenceIor": 0.5}));
+    assert_eq!(bound, ThinFilm { strength: 1.0, ior: 1.0, nanometres: [400.0; 2] });
+    let apart = json!({
+        "iridescenceFactor": 1, "iridescenceTexture": {"index": 0},
+        "iridescenceThicknessTexture": {"index": 1, "texCoord": 1},
+    });
+    let (_, said) = told(apart);
+    assert!(said.contains("iridescenceTexture lies otherwise than iridescenceThicknessTexture"), "{said}");
 }

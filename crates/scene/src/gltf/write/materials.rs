@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use super::expressible::power_of_two_above;
 use super::images::{self, TextureForm};
 use super::{DocumentBuilder, number, surfaces};
-use crate::{AlphaMode, DIELECTRIC, Error, Material, Scene, Sheen, TextureSlot, UvMap};
+use crate::{AlphaMode, DIELECTRIC, Error, Material, Scene, Sheen, TextureSlot, ThinFilm, UvMap};
 
 /// A material, and the coat that lies on it: by their numbers in the scene.
 pub(super) type CoatedMaterial = (usize, Option<usize>);
@@ -97,6 +97,7 @@ impl Writer<'_, '_> {
         self.emission(&mut json, material);
         self.reflectance(&mut json, material);
         self.sheen(&mut json, material);
+        self.film(&mut json, material);
         if material.unlit {
             self.extend(&mut json, "KHR_materials_unlit", json!({}));
         }
@@ -167,6 +168,22 @@ impl Writer<'_, '_> {
         self.texture(&mut own, "sheenColorTexture", material, TextureSlot::Sheen);
         self.texture(&mut own, "sheenRoughnessTexture", material, TextureSlot::Sheen);
         self.extend(json, "KHR_materials_sheen", own);
+    }
+
+    fn film(&mut self, json: &mut Value, material: &Material) {
+        let ThinFilm { strength, ior, nanometres: [least, most] } = material.film;
+        if material.unlit || !material.film.is_seen() {
+            return;
+        }
+        let mut own = json!({
+            "iridescenceFactor": number(strength),
+            "iridescenceIor": number(ior),
+            "iridescenceThicknessMinimum": number(least),
+            "iridescenceThicknessMaximum": number(most),
+        });
+        self.texture(&mut own, "iridescenceTexture", material, TextureSlot::Film);
+        self.texture(&mut own, "iridescenceThicknessTexture", material, TextureSlot::Film);
+        self.extend(json, "KHR_materials_iridescence", own);
     }
 
     fn coat(&mut self, json: &mut Value, coat: &Material) {

@@ -5,7 +5,7 @@ use std::collections::{BTreeSet, HashMap};
 use glam::Vec3;
 
 use super::expressible::tell;
-use crate::{AlphaMode, Brdf, DIELECTRIC, Material, Object, Scene, Sheen, TextureSlot};
+use crate::{AlphaMode, Brdf, DIELECTRIC, Material, Object, Scene, Sheen, TextureSlot, ThinFilm};
 
 pub(super) fn is_coat(material: &Material) -> bool {
     material.alpha_mode == AlphaMode::Coat
@@ -44,7 +44,7 @@ pub(super) fn express(scene: &mut Scene, left_out: &mut Vec<String>) {
 fn model(material: &mut Material) -> bool {
     // The other models have no lobe beside their own.
     if material.brdf != Brdf::CookTorrance {
-        (material.sheen, material.sheen_texture) = (Sheen::NONE, None);
+        (material.sheen, material.film) = (Sheen::NONE, ThinFilm::NONE);
     }
     match material.brdf {
         Brdf::CookTorrance => return false,
@@ -86,6 +86,13 @@ fn normal_form(material: &mut Material) {
     }
     if material.unlit || !material.sheen.is_seen() {
         (material.sheen, material.sheen_texture) = (Sheen::NONE, None);
+    }
+    if material.unlit || !material.film.is_seen() {
+        (material.film, material.film_texture) = (ThinFilm::NONE, None);
+    }
+    // Without a texture the film has its most thickness.
+    if material.film_texture.is_none() && material.film.is_seen() {
+        material.film.nanometres[0] = material.film.nanometres[1];
     }
     if !material.is_emissive() {
         material.emissive_texture = None;

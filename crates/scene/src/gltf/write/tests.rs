@@ -10,7 +10,7 @@ use crate::builtin::shapes;
 use crate::gltf::{GltfOptions, parse};
 use crate::{
     AlphaMode, Brdf, Camera, CastsShadow, ColorSpace, Emitter, Falloff, Filter, Imported, Light, LightKind, Look,
-    Material, NamedCamera, Object, Projection, Sampler, Sheen, Texture, TextureSlot, UvMap, Wrap,
+    Material, NamedCamera, Object, Projection, Sampler, Sheen, Texture, TextureSlot, ThinFilm, UvMap, Wrap,
 };
 
 fn shot() -> ExportedView {
@@ -91,6 +91,7 @@ fn materials() -> Vec<Material> {
         of("velvet", &|own| {
             (own.sheen, own.sheen_texture) = (Sheen { color: Vec3::new(0.9, 0.1, 0.3), roughness: 0.4 }, Some(2));
         }),
+        of("oily", &|own| own.film = ThinFilm { strength: 0.5, ior: 1.4, nanometres: [350.0; 2] }),
         of("shaded", &|own| (own.occlusion_texture, own.specular_texture) = (Some(1), Some(2))),
     ]
 }

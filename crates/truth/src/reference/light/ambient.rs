@@ -41,5 +41,5 @@ fn lobe_share<R: Real>(reflector: &Reflector<R>) -> Vector3<R> {
     let [x, y, z, w] = [fit(1.0, 0.0), fit(0.0425, 0.015), fit(1.04, 0.468), fit(-0.04, -0.018)];
     let a = (x * x).min((number(-9.28) * reflector.n_dot_v).exp2()) * x + y;
     let (scale, bias) = (z - number(1.04) * a, number(1.04) * a + w);
-    reflector.specular.map(|facing| (facing * scale + bias * reflector.grazing).max(R::zero()).min(R::one()))
+    reflector.even.map(|facing| (facing * scale + bias * reflector.grazing).max(R::zero()).min(R::one()))
 }

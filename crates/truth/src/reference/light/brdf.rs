@@ -6,6 +6,7 @@
 use glam::DVec3;
 use nalgebra::Vector3;
 
+use super::film::Film;
 use super::real::{Real, unit, vector, widened};
 use super::sheen::Fibres;
 use crate::reference::{ShadingPoint, Smith, SurfaceLobes};
@@ -48,6 +49,9 @@ pub struct Reflector<R: Real> {
     shininess: R,
     smith: Smith,
     pub(super) fibres: Option<Fibres<R>>,
+    film: Option<Film>,
+    /// F0 for light from everywhere.
+    pub(super) even: Vector3<R>,
     lobes: SurfaceLobes,
 }
 
@@ -66,12 +70,15 @@ pub struct Collector {
     pub diffuse: DVec3,
     /// F0 of Cook-Torrance.
     pub specular: DVec3,
+    /// The same for light from everywhere: under a thin film, the one that gives Schlick's Fresnel the film's reflectance at the angle of the eye.
+    pub even: DVec3,
     /// F90 of Cook-Torrance.
     pub grazing: f64,
     /// Perceptual, no less than [`MIN_ROUGHNESS`].
     pub roughness: f64,
     /// The lobes beside base and highlight.
     pub lobes: SurfaceLobes,
+    film: Option<Film>,
 }
 
 impl Collector {
@@ -99,6 +106,8 @@ impl Collector {
             shininess: 0.0,
             smith: Smith::HeightCorrelated,
             fibres: Fibres::of(&self.lobes, self.n_dot_v),
+            film: self.film,
+            even: vector(self.even),
             lobes: self.lobes,
         }
     }
@@ -114,9 +123,11 @@ impl<R: Real> Reflector<R> {
             n_dot_v: self.n_dot_v.wide(),
             diffuse: widened(self.diffuse),
             specular: widened(self.specular),
+            even: widened(self.even),
             grazing: self.grazing.wide(),
             roughness: self.roughness.wide(),
             lobes: self.lobes,
+            film: self.film,
         }
     }
 
@@ -135,8 +146,16 @@ impl<R: Real> Reflector<R> {
         };
         let n_dot_v = normal.dot(&view).max(R::of(MIN_N_DOT_V));
         let lobes = if surface.brdf == Brdf::CookTorrance { surface.lobes } else { SurfaceLobes::NONE };
+        let grazing = R::one() - (R::one() - R::of(surface.grazing)) * (R::one() - metallic);
+        let film = Film::of(&lobes, surface.reflectance, (surface.albedo, surface.metallic));
+        let even = match &film {
+            Some(film) => vector(film.even(n_dot_v.wide(), widened(specular), grazing.wide())),
+            None => specular,
+        };
         Self {
             brdf: surface.brdf,
+            film,
+            even,
             fibres: Fibres::of(&lobes, n_dot_v),
             lobes,
             n_dot_v,
@@ -144,7 +163,7 @@ impl<R: Real> Reflector<R> {
             view,
             diffuse,
             specular,
-            grazing: R::one() - (R::one() - R::of(surface.grazing)) * (R::one() - metallic),
+            grazing,
             roughness: R::of(surface.roughness).max(R::of(MIN_ROUGHNESS)),
             shininess: R::of(surface.shininess),
             smith,
@@ -158,7 +177,10 @@ impl<R: Real> Reflector<R> {
             Brdf::Lambert => Reflectance { base: lambert, lobe: Vector3::zeros() },
             Brdf::CookTorrance => {
                 let fresnel = self.fresnel(light);
-                let base = lambert.component_mul(&fresnel.map(|share| R::one() - share));
+                // The brightest channel of a film's reflectance darkens the base, or the base would have the opposite colour.
+                let most = fresnel.x.max(fresnel.y).max(fresnel.z);
+                let darkened = if self.film.is_some() { Vector3::repeat(most) } else { fresnel };
+                let base = lambert.component_mul(&darkened.map(|share| R::one() - share));
                 let below = Reflectance { base, lobe: fresnel * self.microfacets(light) };
                 match &self.fibres {
                     Some(fibres) => fibres.over(below, (&self.normal, &self.view, self.n_dot_v), light),
@@ -175,7 +197,11 @@ impl<R: Real> Reflector<R> {
         // |l + v|^2 = 2 + 2 l.v = 4 (v.h)^2 for unit vectors.
         let v_dot_h = super::real::length(&(light + self.view)) / R::of(2.0);
         let share = (R::one() - v_dot_h).max(R::zero()).powi(5);
-        self.specular.map(|facing| facing + (self.grazing - facing) * share)
+        let bare = self.specular.map(|facing| facing + (self.grazing - facing) * share);
+        match &self.film {
+            Some(film) => vector(film.reflectance(v_dot_h.wide().min(1.0), widened(bare))),
+            None => bare,
+        }
     }
 
     /// D V of GGX: distribution of facets by Walter et al. 2007 ("Microfacet Models for Refraction through Rough Surfaces"), their

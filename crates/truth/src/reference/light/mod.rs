@@ -6,6 +6,7 @@
 mod ambient;
 mod brdf;
 mod falloff;
+mod film;
 mod real;
 mod sheen;
 #[cfg(test)]
@@ -13,6 +14,7 @@ mod tests;
 
 pub use brdf::{Collector, DIELECTRIC, MIN_N_DOT_V, MIN_PHONG_COSINE, MIN_ROUGHNESS, Reflectance, Reflector};
 pub use falloff::{MIN_CONE, MIN_DISTANCE, MIN_POLYNOMIAL, arriving, to_light, weakened};
+pub use film::interference;
 pub use real::Real;
 pub(super) use real::{vector, widened};
 pub use sheen::{MIN_SHEEN_ROUGHNESS, sheen_share, summed_sheen_share};

@@ -118,7 +118,13 @@ fn any_surface() -> impl Strategy<Value = ShadingPoint> {
                 roughness,
                 shininess,
                 occlusion,
-                lobes: SurfaceLobes { sheen: DVec3::from(sheen), sheen_roughness },
+                lobes: SurfaceLobes {
+                    sheen: DVec3::from(sheen),
+                    sheen_roughness,
+                    film: occlusion,
+                    film_ior: 1.0 + metallic,
+                    film_nanometres: 10.0 * shininess,
+                },
                 ..mirror(1.0)
             }
         },
@@ -368,7 +374,7 @@ fn body_and_shine_add_up_and_a_mirror_has_no_body() {
 
 /// Fibres over a black surface that mirrors nothing.
 fn fibres(roughness: f64) -> ShadingPoint {
-    let lobes = SurfaceLobes { sheen: DVec3::ONE, sheen_roughness: roughness };
+    let lobes = SurfaceLobes { sheen: DVec3::ONE, sheen_roughness: roughness, ..SurfaceLobes::NONE };
     ShadingPoint { albedo: DVec3::ZERO, metallic: 0.0, reflectance: DVec3::ZERO, grazing: 0.0, lobes, ..mirror(0.25) }
 }
 
@@ -411,5 +417,50 @@ fn a_white_surface_under_a_sheen_gives_back_no_more_even_light_than_arrives() {
         let reflector = Reflector::<f64>::new(&chalk, Smith::default());
         let lights = collected(|light| (reflector.reflect(light).base + reflector.reflect(light).lobe).x);
         assert!(lights < 1.0 && lights > 0.7, "{mu} {roughness}: {lights}");
+    }
+}
+
+#[test]
+fn a_thin_film_quenches_and_strengthens_by_its_thickness() {
+    // An index of 1.38 over glass of 1.5, seen from straight above: the interfaces reflect 0.0255 and 0.0017 of it. At a quarter of 552 nm green is the difference of the two
+    // amplitudes, squared, at a half their sum, and of a thick film what Airy's sum leaves without interference.
+    let glass = DVec3::splat(0.04);
+    let green = |nanometres| interference(1.38, nanometres, glass, 1.0).y;
+    let [upper, lower] = [0.38f64 / 2.38, 0.12 / 2.88];
+    let (quarter, half) = ((upper - lower).powi(2), (upper + lower).powi(2));
+    assert!(green(100.0) > quarter && green(100.0) < 1.25 * quarter, "{} {quarter}", green(100.0));
+    assert!(green(200.0) < half && green(200.0) > 0.8 * half, "{} {half}", green(200.0));
+    let [upper, lower] = [upper * upper, lower * lower];
+    let thick = upper + (1.0 - upper).powi(2) * lower / (1.0 - upper * lower);
+    assert!((green(5e4) - thick).abs() < 2e-4, "{} {thick}", green(5e4));
+    // Without thickness there is none.
+    let film = |film_nanometres| SurfaceLobes { film: 1.0, film_ior: 2.0, film_nanometres, ..SurfaceLobes::NONE };
+    let lobe = |lobes| Reflector::<f64>::new(&ShadingPoint { lobes, ..mirror(0.25) }, Smith::default());
+    let of = |lobes| lobe(lobes).reflect(&direction(0.5, 3.0)).lobe;
+    assert_eq!(of(film(0.0)), of(SurfaceLobes::NONE));
+    assert!((of(film(1e-3)) - of(SurfaceLobes::NONE)).amax() < 0.01 * of(SurfaceLobes::NONE).x);
+}
+
+#[test]
+fn a_thin_film_is_finite_and_coloured_and_its_strength_mixes() {
+    let oil = SurfaceLobes { film: 1.0, film_ior: 1.4, film_nanometres: 350.0, ..SurfaceLobes::NONE };
+    let metal = ShadingPoint { lobes: oil, ..mirror(0.25) };
+    let of = |film: f64| {
+        let lobes = SurfaceLobes { film, ..oil };
+        let seen = seen_at(0.6, ShadingPoint { albedo: DVec3::splat(0.9), lobes, ..metal });
+        Reflector::<f64>::new(&seen, Smith::default()).reflect(&direction(0.5, 3.0)).lobe
+    };
+    let (none, half, whole) = (of(0.0), of(0.5), of(1.0));
+    assert!(((none + whole) / 2.0 - half).amax() < 1e-12);
+    assert!((whole.x - whole.z).abs() > 0.02 * none.x, "{whole}");
+    for cosine in [0.0, 1e-9, 0.5, 1.0] {
+        for ior in [1.0, 1.3, 100.0] {
+            for nanometres in [0.0, 1e-3, 550.0, 1e6] {
+                for below in [DVec3::ZERO, DVec3::ONE, DVec3::new(0.9, 0.5, 1e-9)] {
+                    let found = interference(ior, nanometres, below, cosine);
+                    assert!(found.is_finite() && found.min_element() >= 0.0, "{found}");
+                }
+            }
+        }
     }
 }
