@@ -12,7 +12,7 @@
 // counts: 213; with TEXTURED 142, NORMAL_MAP 71, EXTRAS 123, LIGHTS 168, UNIFORM_BUFFER 48, CLUSTERED 84, SHADOW 99, WEIGHTED 90, SKY_LIGHT 90, LOBES 33
 #import afterlight::frame::{frame, view_ray, ORTHOGRAPHIC}
 #import afterlight::encodings::{encode_shininess}
-#import afterlight::brdf::{coat_share, usual_dielectric, Dielectric, Surface}
+#import afterlight::brdf::{coat_share, usual_dielectric, Dielectric, Surface, MIN_ROUGHNESS}
 #import afterlight::instance::{Rows, world_normal, world_position, world_tangent}
 #import afterlight::material::{plain_point, push}
 #import afterlight::vectors::{unit_or}
@@ -35,7 +35,7 @@
 #import afterlight::clusters::{cluster_at, cluster_lights}
 #endif
 #ifdef LOBES
-#import afterlight::lobes::{take_below, take_lobes}
+#import afterlight::lobes::{take_below, take_grooves, take_lobes, GROOVES}
 #endif
 #import afterlight::fogged::{seen_through_air}
 #import afterlight::texel::{Texel}
@@ -309,6 +309,11 @@ fn shade(in: Varying, front: bool) -> vec4<f32> {
 #ifdef LOBES
     take_below(texel.dielectric.facing, texel.albedo, texel.metallic);
     take_lobes(push.lobes, point.sheen, point.film, surface.n_dot_v);
+#ifdef NORMAL_MAP
+    if GROOVES {
+        take_grooves(push.lobes, point.anisotropy, in.tangent, geometric, texel.normal, max(texel.roughness, MIN_ROUGHNESS));
+    }
+#endif
 #endif
     var alpha = select(saturate(point.base.a), 1.0, OPACITY == HIDES);
     if OPACITY == GLASS {

@@ -9,6 +9,8 @@ const PI: f32 = 3.14159265358979;
 override SHEEN: bool = false;
 // A thin film, that reflects each colour at other angles (KHR_materials_iridescence).
 override FILM: bool = false;
+// Grooves, that stretch the highlight (KHR_materials_anisotropy).
+override GROOVES: bool = false;
 
 // Guards, part of the model: the roughness of a sheen is at least MIN_SHEEN_ROUGHNESS. MIN_COSINE is for lights in the surface's plane, whose light
 // has no share in the picture.
@@ -24,6 +26,8 @@ struct LobeRow {
     sheen: vec4<f32>,
     // Of the film: strength, index of refraction, least and most thickness in nanometres.
     film: vec4<f32>,
+    // Of the grooves: strength, and cosine and sine of the angle from the tangent to the direction of greater roughness.
+    grooves: vec4<f32>,
 }
 
 struct LobeData {
@@ -53,6 +57,12 @@ struct Lobes {
     dielectric: vec3<f32>,
     metal: vec3<f32>,
     metallic: f32,
+    // The direction of greater roughness and the one along the grooves, in the surface; alpha of either; and how far they differ, 0 to 1.
+    across: vec3<f32>,
+    along: vec3<f32>,
+    wide: f32,
+    narrow: f32,
+    strength: f32,
 }
 
 var<private> lobes: Lobes;
@@ -79,6 +89,61 @@ fn take_sheen(sheen: vec4<f32>, n_dot_v: f32) {
     lobes.alpha = lobes.roughness * lobes.roughness;
     lobes.most = max(sheen.r, max(sheen.g, sheen.b));
     lobes.hidden = sheen_hidden(n_dot_v);
+}
+
+// Takes the grooves of a material. `texel`: of its texture, (1, 128 / 255, 1) without one. Where the mesh has no tangent there are none.
+fn take_grooves(row: u32, texel: vec3<f32>, tangent: vec4<f32>, geometric: vec3<f32>, normal: vec3<f32>, roughness: f32) {
+    let own = lobe_data.rows[row].grooves;
+    // Codes as those of a normal map (instance.wgsl).
+    let centered = texel.xy * 255.0 - 128.0;
+    let way = select(centered, vec2(0.0), abs(centered) < vec2(0.01)) / 127.0;
+    let turned = vec2(own.y * way.x - own.z * way.y, own.z * way.x + own.y * way.y);
+    let bitangent = cross(geometric, tangent.xyz) * tangent.w;
+    let across = tangent.xyz * turned.x + bitangent * turned.y;
+    let flat_across = across - normal * dot(normal, across);
+    let is_there = dot(flat_across, flat_across) > 1e-12;
+    let instead = cross(normal, select(vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0), abs(normal.x) > 0.5));
+    lobes.across = normalize(select(instead, flat_across, is_there));
+    lobes.along = cross(normal, lobes.across);
+    lobes.strength = select(0.0, own.x * texel.z, is_there);
+    lobes.narrow = roughness * roughness;
+    lobes.wide = mix(lobes.narrow, 1.0, lobes.strength * lobes.strength);
+}
+
+fn stretched_length(direction: vec3<f32>, cosine: f32) -> f32 {
+    return length(vec3(dot(lobes.across, direction) * lobes.wide, dot(lobes.along, direction) * lobes.narrow, cosine));
+}
+
+// D V of GGX with two roughnesses (Burley 2012, Heitz 2014), for the half vector of a view and a light.
+fn groove_lobe(half: vec3<f32>, n_dot_h: f32, view: vec3<f32>, n_dot_v: f32, light: vec3<f32>, n_dot_l: f32) -> f32 {
+    // Times narrow: the squares of small alphas would vanish.
+    let x = dot(lobes.across, half) * (lobes.narrow / lobes.wide);
+    let y = dot(lobes.along, half);
+    let z = n_dot_h * lobes.narrow;
+    let spread = x * x + y * y + z * z;
+    let masked = n_dot_l * stretched_length(view, n_dot_v) + n_dot_v * stretched_length(light, n_dot_l);
+    let narrow2 = lobes.narrow * lobes.narrow;
+    return narrow2 * lobes.narrow * (0.5 / PI) / max(lobes.wide * spread * spread * masked, 1e-30);
+}
+
+// Facets that light of the sky is looked up by.
+const FACETS: u32 = 16u;
+
+// Facet `i` of them, a unit vector: they lean across the grooves as often as GGX's do, by its distribution of slopes in one direction.
+fn groove_facet(i: u32, normal: vec3<f32>) -> vec3<f32> {
+    let u = (2.0 * f32(i) + 1.0) / f32(FACETS) - 1.0;
+    return normalize(normal + lobes.across * (lobes.wide * u * inverseSqrt(1.0 - u * u)));
+}
+
+// The share of a facet in the highlight: f n.l over the density of its direction, but for a factor.
+fn groove_weight(n_dot_h: f32, v_dot_h: f32, view: vec3<f32>, n_dot_v: f32, light: vec3<f32>, n_dot_l: f32) -> f32 {
+    let masked = n_dot_l * stretched_length(view, n_dot_v) + n_dot_v * stretched_length(light, n_dot_l);
+    return v_dot_h * n_dot_l / max(n_dot_h * masked, 1e-9);
+}
+
+// The roughness of the sky that a facet mirrors: the highlight's own, or as much as closes the gaps between facets.
+fn groove_roughness(roughness: f32) -> f32 {
+    return max(roughness, sqrt(lobes.wide * (2.0 / f32(FACETS))));
 }
 
 // Takes what lies below a film.

@@ -42,6 +42,7 @@ var<immediate> push: Push;
 #ifdef LOBES
 @group(1) @binding(7) var sheen_texture: texture_2d_array<f32>;
 @group(1) @binding(8) var film_texture: texture_2d_array<f32>;
+@group(1) @binding(9) var anisotropy_texture: texture_2d_array<f32>;
 #endif
 #else
 @group(1) @binding(0) var base_color_texture: texture_2d<f32>;
@@ -54,6 +55,7 @@ var<immediate> push: Push;
 #ifdef LOBES
 @group(1) @binding(7) var sheen_texture: texture_2d<f32>;
 @group(1) @binding(8) var film_texture: texture_2d<f32>;
+@group(1) @binding(9) var anisotropy_texture: texture_2d<f32>;
 #endif
 #endif
 // Each texture's sampler. Where a material's textures are all sampled alike, these are names of one, at binding 15.
@@ -67,6 +69,7 @@ var<immediate> push: Push;
 #ifdef LOBES
 @group(1) @binding(23) var sheen_sampler: sampler;
 @group(1) @binding(24) var film_sampler: sampler;
+@group(1) @binding(25) var anisotropy_sampler: sampler;
 #endif
 
 #ifdef EXTRAS
@@ -92,6 +95,7 @@ const SPECULAR_SLOT: u32 = 5u; // host
 const SHININESS_SLOT: u32 = 6u; // host
 const SHEEN_SLOT: u32 = 7u; // host
 const FILM_SLOT: u32 = 8u; // host
+const ANISOTROPY_SLOT: u32 = 9u; // host
 
 // Bits of TEXTURES in the passes: which of a material's textures exist. The variables of others are names of one that does, and are never
 // sampled. The bit of a slot is that of its binding.
@@ -103,6 +107,7 @@ const SPECULAR: u32 = 32u; // host
 const SHININESS: u32 = 64u; // host
 const SHEEN: u32 = 128u; // host
 const FILM: u32 = 256u; // host
+const ANISOTROPY: u32 = 512u; // host
 
 // A material's values at a point, in its own terms.
 struct Point {
@@ -120,6 +125,7 @@ struct Point {
     // Their textures alone: lobes.wgsl has the factors.
     sheen: vec4<f32>,
     film: vec4<f32>,
+    anisotropy: vec3<f32>,
 #endif
 }
 
@@ -133,7 +139,7 @@ struct Uvs {
     // And of the sheen, where it is drawn.
     of_shininess: vec4<f32>,
 #ifdef LOBES
-    // And of the film.
+    // And of the film and the anisotropy.
     of_film: vec4<f32>,
 #endif
     // The layer of each texture in which the instance's cell lies.
@@ -162,7 +168,7 @@ fn mapped_uvs(first: vec2<f32>, second: vec2<f32>, look: vec4<u32>) -> Uvs {
         vec4(mapped_uv(4u, first, second), mapped_uv(5u, first, second)),
 #ifdef LOBES
         vec4(mapped_uv(6u, first, second), mapped_uv(7u, first, second)),
-        vec4(mapped_uv(8u, first, second), 0.0, 0.0),
+        vec4(mapped_uv(8u, first, second), mapped_uv(9u, first, second)),
 #else
         vec4(mapped_uv(6u, first, second), 0.0, 0.0),
 #endif
@@ -275,6 +281,9 @@ fn point_at(uvs: Uvs, textures: u32) -> Point {
     if (textures & FILM) != 0u {
         point.film = texel_of(FILM_SLOT, film_texture, film_sampler, uvs);
     }
+    if (textures & ANISOTROPY) != 0u {
+        point.anisotropy = texel_of(ANISOTROPY_SLOT, anisotropy_texture, anisotropy_sampler, uvs).rgb;
+    }
 #endif
     return point;
 }
@@ -292,6 +301,8 @@ fn plain_point() -> Point {
 #ifdef LOBES
     point.sheen = vec4(1.0);
     point.film = vec4(1.0);
+    // Along the tangent: 128 is the zero of a code.
+    point.anisotropy = vec3(1.0, 128.0 / 255.0, 1.0);
 #endif
     return point;
 }

@@ -16,9 +16,9 @@
 #endif
 #ifdef LOBES
 #import afterlight::brdf::{ggx_lobe, half_vector}
-#import afterlight::lobes::{film_facing, film_reflectance, gathering, left_by_lobes, over_surface, scattered_by_lobes, FILM}
+#import afterlight::lobes::{film_facing, film_reflectance, gathering, left_by_lobes, groove_facet, groove_lobe, groove_roughness, groove_weight, over_surface, scattered_by_lobes, FACETS, FILM, GROOVES}
 #ifdef SKY_LIGHT
-#import afterlight::sky::{even_sky}
+#import afterlight::sky::{collected, even_sky, lobe_of_sky, lobe_share}
 #endif
 #endif
 
@@ -61,16 +61,25 @@ fn brdf_of(surface: Surface, model: Model) -> u32 {
 }
 
 #ifdef LOBES
-// Cook-Torrance with the Fresnel term of a thin film. Its brightest channel darkens the base, or the base would have the opposite colour.
+// Cook-Torrance with the Fresnel term of a thin film, or a highlight that grooves stretch. The film's brightest channel darkens the base, or the base would have the opposite colour.
 fn filmed_light(surface: Surface, to_light: vec3<f32>, n_dot_l: f32) -> vec3<f32> {
     let half = half_vector(to_light + surface.view);
     let v_dot_h = min(0.5 * half.length, 1.0);
     let x = 1.0 - v_dot_h;
     let x2 = x * x;
-    let fresnel = film_reflectance(v_dot_h, surface.specular + surface.fresnel_rise * (x2 * x2 * x));
+    var fresnel = surface.specular + surface.fresnel_rise * (x2 * x2 * x);
+    var taken = fresnel;
+    if FILM {
+        fresnel = film_reflectance(v_dot_h, fresnel);
+        taken = vec3(max(fresnel.r, max(fresnel.g, fresnel.b)));
+    }
+    if GROOVES {
+        let lobe = groove_lobe(half.direction, dot(surface.normal, half.direction), surface.view, surface.n_dot_v, to_light, n_dot_l);
+        return surface.diffuse * (vec3(1.0) - taken) + fresnel * lobe;
+    }
     let smith = n_dot_l * surface.smith_v + surface.n_dot_v * sqrt(n_dot_l * n_dot_l * surface.smith_slope + surface.alpha_squared);
     let lobe = ggx_lobe(surface.normal, half.direction, surface.alpha_squared, smith);
-    return surface.diffuse * (1.0 - max(fresnel.r, max(fresnel.g, fresnel.b))) + fresnel * lobe;
+    return surface.diffuse * (vec3(1.0) - taken) + fresnel * lobe;
 }
 
 // The surface as it reflects light from everywhere: under a film, with its reflectance at the angle of the eye.
@@ -82,6 +91,27 @@ fn in_even_light(surface: Surface) -> Surface {
     }
     return even;
 }
+
+#ifdef SKY_LIGHT
+// Light of the sky along a highlight that grooves stretch, in nits: the mean over facets.
+fn stretched_sky(surface: Surface, roughness: f32) -> vec3<f32> {
+    let level = groove_roughness(roughness);
+    var sum = vec3(0.0);
+    var weights = 0.0;
+    for (var i = 0u; i < FACETS; i++) {
+        let facet = groove_facet(i, surface.normal);
+        let v_dot_h = dot(surface.view, facet);
+        let light = 2.0 * v_dot_h * facet - surface.view;
+        let n_dot_l = dot(surface.normal, light);
+        if v_dot_h > 0.0 && n_dot_l > 0.0 {
+            let weight = groove_weight(dot(surface.normal, facet), v_dot_h, surface.view, surface.n_dot_v, light, n_dot_l);
+            sum += weight * lobe_of_sky(light, level);
+            weights += weight;
+        }
+    }
+    return sum / max(weights, 1e-9);
+}
+#endif
 #endif
 
 // f(l, v).
@@ -91,7 +121,7 @@ fn reflected(surface: Surface, model: Model, to_light: vec3<f32>, n_dot_l: f32) 
     }
 #ifdef LOBES
     var below = vec3(0.0);
-    if FILM {
+    if FILM || GROOVES {
         below = filmed_light(surface, to_light, n_dot_l);
     } else {
         below = reflect_light(surface, brdf_of(surface, model), to_light, n_dot_l);
@@ -214,7 +244,15 @@ fn light_everywhere(surface: Surface, texel: Texel, model: Model, which: Everywh
     }
 #ifdef SKY_LIGHT
 #ifdef LOBES
-    let below = sky_light(in_even_light(surface), brdf_of(surface, model), texel) * left_by_lobes();
+    let even = in_even_light(surface);
+    var below = sky_light(even, brdf_of(surface, model), texel);
+    if GROOVES {
+        // The mirrored light of the stretched highlight in the place of one that is as wide in each direction, of which the same share arrives.
+        let own = collected(even, texel.roughness);
+        let stretched = stretched_sky(surface, texel.roughness) - own.lobe * frame.sky_scale;
+        below = max(below + own.single * stretched * lobe_share(), vec3(0.0));
+    }
+    below *= left_by_lobes();
     let toward = gathering(surface.normal, surface.view, surface.n_dot_v);
     radiance += (below + even_sky(toward) * scattered_by_lobes()) * texel.occlusion;
 #else

@@ -87,6 +87,8 @@ struct Arrived {
 
 // The share of light collected by the cosine that arrives at the surface which is lit.
 var<private> arrived_share: f32 = 1.0;
+// And that of its lobe.
+var<private> arrived_lobe: f32 = 1.0;
 
 // The base is an estimate without bias, whose mean over frames is the integral. A lobe may be far narrower than the directions lie apart, so that their sum would be
 // dark in one frame and far too bright in another: of it only the share that is hidden is estimated, and the light is that of the prefiltered sky.
@@ -118,7 +120,8 @@ fn arrived(surface: Surface, brdf: u32, texel: Texel) -> Arrived {
         }
     }
     arrived_share = select(1.0, dot(base, vec3(1.0)) / sum, sum > 0.0);
-    return Arrived(base / PI, select(1.0, met / weights, weights > 0.0));
+    arrived_lobe = select(1.0, met / weights, weights > 0.0);
+    return Arrived(base / PI, arrived_lobe);
 }
 #endif
 
@@ -159,4 +162,18 @@ fn even_sky(normal: vec3<f32>) -> vec3<f32> {
     share = arrived_share;
 #endif
     return textureSampleLevel(sky_base, sky_sampler, to_sky(normal), 0.0).rgb * (frame.sky_scale * share);
+}
+
+// The share of a lobe's light of the sky that arrives. After `sky_light`, which finds it.
+fn lobe_share() -> f32 {
+#ifdef SHADOW
+    return arrived_lobe;
+#else
+    return 1.0;
+#endif
+}
+
+// Light of the sky that a lobe of this roughness mirrors about a direction, in nits.
+fn lobe_of_sky(direction: vec3<f32>, roughness: f32) -> vec3<f32> {
+    return textureSampleLevel(sky_lobe, sky_sampler, to_sky(direction), roughness * ROUGHEST_LEVEL).rgb * frame.sky_scale;
 }

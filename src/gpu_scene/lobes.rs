@@ -24,15 +24,20 @@ const _: () = {
 };
 
 /// `LobeRow` of the shader.
-type LobeRow = [Vec4; 2];
+type LobeRow = [Vec4; 3];
 
 /// The rows of a frame's materials, in the plan's order.
 pub(super) fn rows(world: &World, plan: &FramePlan) -> Vec<LobeRow> {
     let materials = plan.effects.lobes.iter().flat_map(|own| &own.materials);
     let row = |&material: &usize| {
-        let Material { sheen, film, .. } = &world.materials[material];
+        let Material { sheen, film, anisotropy, .. } = &world.materials[material];
         let [least, most] = film.nanometres;
-        [sheen.color.extend(sheen.roughness), Vec4::new(film.strength, film.ior, least, most)]
+        let (sin, cos) = f64::from(anisotropy.rotation).sin_cos();
+        [
+            sheen.color.extend(sheen.roughness),
+            Vec4::new(film.strength, film.ior, least, most),
+            Vec4::new(anisotropy.strength, cos as f32, sin as f32, 0.0),
+        ]
     };
     materials.map(row).collect()
 }

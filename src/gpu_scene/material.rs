@@ -385,7 +385,7 @@ pub(super) fn upload(
     };
     let width = match planned.source {
         TextureSource::Scene(index) => scene.textures[index].size[0],
-        TextureSource::White | TextureSource::Flat => 1,
+        TextureSource::White | TextureSource::Flat | TextureSource::Along => 1,
     };
     let sheet = |first: u32| {
         let last = cells.min(first + most);

@@ -26,6 +26,8 @@ pub fn radiance(material: &Material, lights: &[Light], point: DVec3, normal: DVe
             film: f64::from(material.film.strength),
             film_ior: f64::from(material.film.ior),
             film_nanometres: f64::from(material.film.nanometres[1]),
+            anisotropy: 0.0,
+            across: DVec3::X,
         },
         occlusion: 1.0,
         emissive: DVec3::ZERO,

@@ -7,8 +7,8 @@ use crate::common::some_in_turn;
 use crate::common::stage::{add, directional, display, exact, lambert, plane, point, rectangle, stage, sun};
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
-    AlphaMode, Brdf, ColorSpace, Environment, Falloff, Filter, Keep, LightPath, Material, Mesh, Object, Sampler, Scene,
-    Settings, Sheen, Texture, TextureSlot, ThinFilm, Transparency, UvMap, Wrap,
+    AlphaMode, Anisotropy, Brdf, ColorSpace, Environment, Falloff, Filter, Keep, LightPath, Material, Mesh, Object,
+    Sampler, Scene, Settings, Sheen, Texture, TextureSlot, ThinFilm, Transparency, UvMap, Wrap,
 };
 use afterlight_truth::reference::{CameraView, Mode, Reference, Smith, TruthOptions};
 use glam::{DAffine3, DVec2, DVec3, Vec3};
@@ -466,6 +466,55 @@ fn a_thin_film_is_that_of_the_truth_on_every_path_that_draws_it() {
             let bound = if material.film_texture.is_some() { [5e-4, 1e-2] } else { [1e-4, 3e-3] };
             for path in paths(gpu, &scene, turn) {
                 assert_near(gpu, &scene, &nits_of(path), bound, 0.94, &format!("{name}, {path}"));
+            }
+        }
+    });
+}
+
+#[test]
+fn a_stretched_highlight_is_that_of_the_truth_on_every_path_that_draws_it() {
+    on_gpu(|gpu| {
+        let brushed = |strength, degrees: f32| Material {
+            base_color: Vec3::new(0.9, 0.7, 0.5),
+            metallic: 1.0,
+            roughness: 0.3,
+            anisotropy: Anisotropy { strength, rotation: degrees.to_radians() },
+            ..Material::default()
+        };
+        let film = ThinFilm { strength: 1.0, ior: 1.6, nanometres: [450.0; 2] };
+        let cases = [
+            ("along", brushed(0.8, 0.0)),
+            ("turned plastic", Material { metallic: 0.0, ..brushed(0.6, 35.0) }),
+            ("textured", Material { anisotropy_texture: Some(0), ..brushed(1.0, 70.0) }),
+            ("bumpy", Material { normal_texture: Some(0), normal_scale: 0.2, ..brushed(0.7, 10.0) }),
+            ("under a film", Material { film, ..brushed(0.8, 90.0) }),
+        ];
+        for (turn, (name, material)) in cases.into_iter().enumerate() {
+            let mut scene = ball(material.clone());
+            scene.textures.push(texture(Sampler::DEFAULT));
+            scene.environment.ambient = Vec3::new(0.2, 0.3, 0.4);
+            scene.meshes.iter_mut().for_each(Mesh::compute_tangents);
+            add(
+                &mut scene,
+                shapes::sphere(0.25, 48),
+                Material::default(),
+                DAffine3::from_translation(DVec3::NEG_Y * 0.7),
+            );
+            let is_textured = material.textures().next().is_some();
+            let bound = if is_textured { [2e-3, 3e-2] } else { [1e-4, 3e-3] };
+            for path in paths(gpu, &scene, turn) {
+                assert_near(gpu, &scene, &nits_of(path), bound, 0.94, &format!("{name}, {path}"));
+            }
+            // Without tangents the highlight is as wide in each direction, on the device and in the truth.
+            if name == "along" {
+                scene.meshes.iter_mut().for_each(|mesh| mesh.tangents.clear());
+                let flat = nits_of(LightPath::Loop);
+                assert_near(gpu, &scene, &flat, [1e-4, 3e-3], 0.94, "without tangents");
+                let with = gpu.draw(&scene, &flat);
+                scene.materials.iter_mut().for_each(|own| own.anisotropy = Anisotropy::NONE);
+                let without = gpu.draw(&scene, &flat);
+                let moved = |(x, y): (u32, u32)| (nits(&with, x, y) - nits(&without, x, y)).abs().max_element();
+                assert!(places(&with).map(moved).fold(0.0, f64::max) < 1e-3);
             }
         }
     });

@@ -197,6 +197,8 @@ impl Material {
             number("film_ior", self.film.ior, 1.0..=f32::MAX),
             number("film_thickness", self.film.nanometres[0], POSITIVE),
             number("film_thickness", self.film.nanometres[1], POSITIVE),
+            number("anisotropy", self.anisotropy.strength, SHARE),
+            number("anisotropy_rotation", self.anisotropy.rotation, FINITE),
             ("emissive", self.emissive, POSITIVE),
             number("alpha", self.alpha, SHARE),
             number("alpha_cutoff", cutoff, SHARE),

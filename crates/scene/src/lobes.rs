@@ -51,6 +51,31 @@ impl Default for ThinFilm {
     }
 }
 
+/// Grooves along a surface, as of brushed metal, that stretch its highlight (KHR_materials_anisotropy). Cook-Torrance materials alone have them, and meshes with tangents.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Anisotropy {
+    /// From the material's roughness along the grooves to fully rough across: 0 to 1; 0 is no anisotropy.
+    pub strength: f32,
+    /// The direction of greater roughness: counter-clockwise from the tangent towards the bitangent, in radians.
+    pub rotation: f32,
+}
+
+impl Anisotropy {
+    /// As rough in each direction.
+    pub const NONE: Self = Self { strength: 0.0, rotation: 0.0 };
+
+    /// Returns true if the highlight is stretched.
+    pub fn is_seen(&self) -> bool {
+        self.strength > 0.0
+    }
+}
+
+impl Default for Anisotropy {
+    fn default() -> Self {
+        Self::NONE
+    }
+}
+
 impl Default for Sheen {
     fn default() -> Self {
         Self::NONE

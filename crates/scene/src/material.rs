@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3, Vec3};
 
 use super::settings::choice;
-use super::{ColorSpace, OptionalPart, Sheen, ThinFilm};
+use super::{Anisotropy, ColorSpace, OptionalPart, Sheen, ThinFilm};
 
 choice! {
     /// A reflection model (docs/FORMULAS.md has the formulas; `shaders/shared/brdf.wgsl` is the code).
@@ -64,11 +64,13 @@ pub enum TextureSlot {
     Sheen,
     /// Of a thin film: its strength in red, and in green its place between the least and the most thickness. Linear.
     Film,
+    /// Of an anisotropy: its direction in red and green, where 128 is 0 as in a normal map, and its strength in blue. Linear.
+    Anisotropy,
 }
 
 impl TextureSlot {
     /// All slots, in order.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::BaseColor,
         Self::Normal,
         Self::MetallicRoughness,
@@ -78,6 +80,7 @@ impl TextureSlot {
         Self::Shininess,
         Self::Sheen,
         Self::Film,
+        Self::Anisotropy,
     ];
 
     /// The number of slots whose textures a G-buffer has the values of. The slots after them belong to [lobes](super::Sheen).
@@ -120,7 +123,7 @@ const RED: [bool; 4] = [true, false, false, false];
 const RGB: [bool; 4] = [true, true, true, false];
 
 /// In the order of [`TextureSlot`]. White is neutral to all but normal maps.
-pub(crate) const FORMS: [SlotForm; 9] = [
+pub(crate) const FORMS: [SlotForm; 10] = [
     SlotForm {
         key: "base_color_texture",
         name: "base colour textures",
@@ -240,6 +243,23 @@ pub(crate) const FORMS: [SlotForm; 9] = [
         get: |material| material.film_texture,
         get_mut: |material| &mut material.film_texture,
     },
+    SlotForm {
+        key: "anisotropy_texture",
+        name: "anisotropy textures",
+        part: OptionalPart::AnisotropyTextures,
+        color_space: ColorSpace::Linear,
+        channels: RGB,
+        phong: Some(false),
+        fold: |material, [red, green, blue, _]| {
+            // The shader decodes a code as that of a normal map.
+            let [x, y] = [red, green].map(|value| (value * 255.0 - 128.0) / 127.0);
+            let Anisotropy { strength, rotation } = &mut material.anisotropy;
+            *strength = scaled(*strength, blue);
+            *rotation = (f64::from(*rotation) + y.atan2(x)) as f32;
+        },
+        get: |material| material.anisotropy_texture,
+        get_mut: |material| &mut material.anisotropy_texture,
+    },
 ];
 
 /// A factor of a material times the value of a texel, which both are of f32: rounded once.
@@ -324,6 +344,8 @@ pub struct Material {
     pub sheen: Sheen,
     /// A thin film on it; of strength 0 where it has none.
     pub film: ThinFilm,
+    /// The stretching of its highlight; of strength 0 where it has none.
+    pub anisotropy: Anisotropy,
     /// True if it emits its base colour, in nits, in any light, and reflects nothing (KHR_materials_unlit).
     pub unlit: bool,
     /// Rows and columns of cells that each of its textures is made of, 1 to 256 each: all texture coordinates, from 0 to 1 and beyond, lie
@@ -349,6 +371,8 @@ pub struct Material {
     pub sheen_texture: Option<usize>,
     /// Multiplies the strength of `film`, and chooses its thickness.
     pub film_texture: Option<usize>,
+    /// Turns the direction of `anisotropy`, and multiplies its strength.
+    pub anisotropy_texture: Option<usize>,
 }
 
 impl Default for Material {
@@ -371,6 +395,7 @@ impl Default for Material {
             two_sided: false,
             sheen: Sheen::NONE,
             film: ThinFilm::NONE,
+            anisotropy: Anisotropy::NONE,
             unlit: false,
             atlas: [1, 1],
             uv_maps: [UvMap::IDENTITY; TextureSlot::ALL.len()],
@@ -383,6 +408,7 @@ impl Default for Material {
             shininess_texture: None,
             sheen_texture: None,
             film_texture: None,
+            anisotropy_texture: None,
         }
     }
 }
@@ -427,9 +453,13 @@ impl Material {
 
     /// Returns true if it has a lobe beside its base and its highlight where it is drawn with this model.
     pub fn has_lobes(&self, model: Brdf) -> bool {
-        model == Brdf::CookTorrance
-            && self.alpha_mode != AlphaMode::Coat
-            && (self.sheen.is_seen() || self.film.is_seen())
+        let is_seen = self.sheen.is_seen() || self.film.is_seen() || self.anisotropy.is_seen();
+        model == Brdf::CookTorrance && self.alpha_mode != AlphaMode::Coat && is_seen
+    }
+
+    /// Returns true if it looks at the tangents of meshes.
+    pub fn needs_tangents(&self) -> bool {
+        self.normal_texture.is_some() || self.anisotropy.is_seen()
     }
 
     /// Returns true if texels below a cut-off are left out.

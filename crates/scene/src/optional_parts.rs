@@ -83,6 +83,8 @@ optional_parts! {
     SheenTextures = "sheen-textures",
     /// The sampling of textures of a thin film by materials that have a film and no such texture.
     FilmTextures = "film-textures",
+    /// The sampling of textures of an anisotropy by materials that have an anisotropy and no such texture.
+    AnisotropyTextures = "anisotropy-textures",
     /// Textures of materials that no drawn object has, and those that no pipeline samples.
     UnusedTextures = "unused-textures",
     /// The texels of textures that the device can sample in the blocks of their files.

@@ -8,7 +8,7 @@ use crate::plan::effect::{Effect, EffectRequest, LightReaders, Variation};
 use crate::plan::parts::part;
 use crate::plan::surfaces::lobes_are_drawn;
 use crate::plan::{FramePlan, PartGroup, Shading, SurfaceRules};
-use crate::scene::{Scene, Settings, Sheen, ThinFilm, counted};
+use crate::scene::{Anisotropy, Scene, Settings, Sheen, ThinFilm, counted};
 use crate::shaders::shared::lobes::SHEEN_SHARES;
 
 /// The name of its line in `inspect`.
@@ -42,6 +42,7 @@ pub(crate) const EFFECT: Effect = Effect {
     variations: &[
         Variation::with("with a sheen", dress_in_velvet, |_| {}),
         Variation::with("under thin films", lay_films, |_| {}),
+        Variation::with("with grooves", brush, |_| {}),
     ],
     ..Effect::PLAIN
 };
@@ -49,6 +50,11 @@ pub(crate) const EFFECT: Effect = Effect {
 fn dress_in_velvet(scene: &mut Scene) {
     let sheen = Sheen { color: Vec3::new(0.9, 0.5, 0.7), roughness: 0.4 };
     scene.materials.iter_mut().for_each(|material| material.sheen = sheen);
+}
+
+fn brush(scene: &mut Scene) {
+    let anisotropy = Anisotropy { strength: 0.75, rotation: 0.5 };
+    scene.materials.iter_mut().for_each(|material| material.anisotropy = anisotropy);
 }
 
 fn lay_films(scene: &mut Scene) {
@@ -82,9 +88,9 @@ impl LobesPlan {
         (!materials.is_empty()).then(|| Self { materials: materials.into_iter().collect() })
     }
 
-    /// Bytes of the buffer of one frame: the table of shares, and eight floats a material.
+    /// Bytes of the buffer of one frame: the table of shares, and twelve floats a material.
     pub fn bytes(&self) -> u64 {
-        4 * u64::from(SHEEN_SHARES) + 32 * self.materials.len() as u64
+        4 * u64::from(SHEEN_SHARES) + 48 * self.materials.len() as u64
     }
 
     /// The row of a material.

@@ -15,6 +15,8 @@ impl LobeMask {
     pub const SHEEN: Self = Self(1);
     /// [`Material::film`].
     pub const FILM: Self = Self(2);
+    /// [`Material::anisotropy`].
+    pub const GROOVES: Self = Self(4);
 
     /// Returns true if it has all lobes of the other one.
     pub fn contains(self, other: Self) -> bool {
@@ -27,7 +29,11 @@ impl LobeMask {
     }
 
     fn of(material: &Material, model: Brdf) -> Self {
-        let own = [(material.sheen.is_seen(), Self::SHEEN), (material.film.is_seen(), Self::FILM)];
+        let own = [
+            (material.sheen.is_seen(), Self::SHEEN),
+            (material.film.is_seen(), Self::FILM),
+            (material.anisotropy.is_seen(), Self::GROOVES),
+        ];
         let own = own.into_iter().filter(|(seen, _)| *seen && material.has_lobes(model));
         own.fold(Self::NONE, |all, (_, lobe)| Self(all.0 | lobe.0))
     }
@@ -54,6 +60,7 @@ impl SurfaceRules<'_> {
         let lobe = match slot {
             TextureSlot::Sheen => LobeMask::SHEEN,
             TextureSlot::Film => LobeMask::FILM,
+            TextureSlot::Anisotropy => LobeMask::GROOVES,
             _ => return false,
         };
         self.lobes_of(material).contains(lobe)

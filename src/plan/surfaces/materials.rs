@@ -10,8 +10,8 @@ use glam::Vec3;
 
 use super::TextureMask;
 use crate::scene::{
-    AlphaMode, Brdf, ChannelTarget, ColorSpace, Material, MaterialValue, Mesh, Object, OptionalPart, Sampler, Scene,
-    Settings, Sheen, Texture, TextureSlot, ThinFilm, View, scaled,
+    AlphaMode, Anisotropy, Brdf, ChannelTarget, ColorSpace, Material, MaterialValue, Mesh, Object, OptionalPart,
+    Sampler, Scene, Settings, Sheen, Texture, TextureSlot, ThinFilm, View, scaled,
 };
 
 /// Materials as they are drawn, and the record of their simplification.
@@ -92,7 +92,7 @@ impl EffectiveMaterials {
     pub(crate) fn as_drawn(&self, material: Material) -> Material {
         let mut own = simplified(material, self.view);
         if !own.has_lobes(own.model(self.brdf_override)) {
-            (own.sheen, own.film) = (Sheen::NONE, ThinFilm::NONE);
+            (own.sheen, own.film, own.anisotropy) = (Sheen::NONE, ThinFilm::NONE, Anisotropy::NONE);
         }
         if !matches!(own.model(self.brdf_override), Brdf::Phong | Brdf::BlinnPhong) {
             own.ambient = 1.0;
@@ -335,8 +335,8 @@ mod tests {
         let mut material = samples::textured(Brdf::Phong);
         (material.metallic, material.specular, material.emissive) = (0.5, Vec3::ONE, Vec3::splat(2.0));
         (material.ambient, material.roughness, material.shininess) = (0.5, 0.5, 50.0);
-        let spaces =
-            [0, 1, 1, 1, 0, 0, 1, 0, 1].map(|linear| if linear == 1 { ColorSpace::Linear } else { ColorSpace::Srgb });
+        let spaces = [0, 1, 1, 1, 0, 0, 1, 0, 1, 1]
+            .map(|linear| if linear == 1 { ColorSpace::Linear } else { ColorSpace::Srgb });
         let (own, effective) = drawn_with(material.clone(), spaces.map(grey).to_vec(), &Settings::default());
         let linear = 0.215_860_5;
         assert!((own.base_color.x - 0.8 * linear).abs() < 1e-6 && own.base_color.z == 0.8, "{}", own.base_color);
@@ -347,10 +347,10 @@ mod tests {
         assert_eq!(own.alpha, 1.0, "an opaque material does not look at alpha");
         let left: Vec<_> = own.textures().collect();
         assert_eq!(left, [(TextureSlot::Normal, 1)], "a normal that leans all over is no neutral one");
-        assert_eq!(effective.constant, BTreeSet::from([0, 2, 3, 4, 5, 6, 7, 8]));
+        assert_eq!(effective.constant, BTreeSet::from([0, 2, 3, 4, 5, 6, 7, 8, 9]));
         let (kept, effective) =
             drawn_with(material.clone(), spaces.map(grey).to_vec(), &keeping(OptionalPart::ConstantTextures));
-        assert_eq!((kept, effective.constant.len()), (material, 8));
+        assert_eq!((kept, effective.constant.len()), (material, 9));
     }
 
     #[test]
@@ -358,22 +358,22 @@ mod tests {
         let material = samples::textured(Brdf::CookTorrance);
         let varying = |texels: [[u8; 4]; 2]| {
             let linear = |_| texture(ColorSpace::Linear, &texels);
-            let own = drawn(material.clone(), (0..9).map(linear).collect());
+            let own = drawn(material.clone(), (0..10).map(linear).collect());
             own.textures().map(|(slot, _)| slot).collect::<Vec<_>>()
         };
         use TextureSlot::*;
         assert_eq!(varying([[9, 9, 9, 0], [9, 9, 9, 255]]), [Normal, Sheen]);
         assert_eq!(
             varying([[9, 9, 9, 9], [0, 9, 9, 9]]),
-            [BaseColor, Normal, Occlusion, Emissive, Specular, Sheen, Film]
+            [BaseColor, Normal, Occlusion, Emissive, Specular, Sheen, Film, Anisotropy]
         );
         assert_eq!(
             varying([[9, 9, 9, 9], [9, 0, 9, 9]]),
-            [BaseColor, Normal, MetallicRoughness, Emissive, Specular, Shininess, Sheen, Film]
+            [BaseColor, Normal, MetallicRoughness, Emissive, Specular, Shininess, Sheen, Film, Anisotropy]
         );
         assert_eq!(
             varying([[128, 128, 255, 9], [128, 128, 250, 9]]),
-            [BaseColor, MetallicRoughness, Emissive, Specular, Sheen]
+            [BaseColor, MetallicRoughness, Emissive, Specular, Sheen, Anisotropy]
         );
     }
 

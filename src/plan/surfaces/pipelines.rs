@@ -241,7 +241,10 @@ impl GeometryKey {
             lobe if lobe.is_of_lobe() => rules.has_lobe_of(material, lobe),
             _ => true,
         };
-        TextureSlot::ALL.into_iter().filter(|&slot| has_code(slot) && rules.keep.has(slot.form().part)).collect()
+        // Tangents come with normal maps, so that grooves have a flat one where the material has none.
+        let grooved = rules.lobes_of(material).contains(LobeMask::GROOVES);
+        let is_kept = |slot: TextureSlot| rules.keep.has(slot.form().part) || grooved && slot == TextureSlot::Normal;
+        TextureSlot::ALL.into_iter().filter(|&slot| has_code(slot) && is_kept(slot)).collect()
     }
 }
 

@@ -21,6 +21,8 @@ pub enum TextureSource {
     White,
     /// One texel that changes no normal.
     Flat,
+    /// One texel that turns no direction of an anisotropy.
+    Along,
 }
 
 impl TextureSource {
@@ -30,11 +32,16 @@ impl TextureSource {
             Self::Scene(_) => None,
             Self::White => Some([255; 4]),
             Self::Flat => Some([128, 128, 255, 255]),
+            Self::Along => Some([255, 128, 255, 255]),
         }
     }
 
     fn neutral(slot: TextureSlot) -> Self {
-        if slot == TextureSlot::Normal { Self::Flat } else { Self::White }
+        match slot {
+            TextureSlot::Normal => Self::Flat,
+            TextureSlot::Anisotropy => Self::Along,
+            _ => Self::White,
+        }
     }
 }
 
@@ -83,7 +90,7 @@ impl PlannedTexture {
         let [rows, columns] = atlas;
         let texture = match source {
             TextureSource::Scene(index) => scene.textures.get(index),
-            TextureSource::White | TextureSource::Flat => None,
+            TextureSource::White | TextureSource::Flat | TextureSource::Along => None,
         };
         let ([width, height], color_space, sampler) = texture
             .map_or(([columns, rows], ColorSpace::Linear, Sampler::DEFAULT), |own| {
@@ -312,7 +319,7 @@ mod tests {
         use TextureSource::Scene as Of;
         // Nothing emits and nothing is in ambient light; the first has no Ks, the second no metallic.
         assert_eq!(sources(&scene, &Settings::default()), [Of(0), Of(1), Of(2), Of(5), Of(6)]);
-        let all = (0..9).map(Of).collect::<Vec<_>>();
+        let all = (0..10).map(Of).collect::<Vec<_>>();
         assert_eq!(sources(&scene, &keeping(&[OptionalPart::UnusedTextures])), all);
         let view = Settings { view: View::Overdraw, ..Settings::default() };
         assert_eq!(sources(&scene, &view), []);

@@ -163,7 +163,8 @@ fn every_key_does_what_it_says() {
     assert_eq!(paint.textures().count(), TextureSlot::ALL.len());
     assert_eq!((paint.sheen.color, paint.sheen.roughness), (Vec3::new(0.5, 0.25, 1.0), 0.25));
     assert_eq!((paint.film.strength, paint.film.ior, paint.film.nanometres), (0.5, 1.25, [200.0, 500.0]));
-    // The same file as colour and as numbers is two textures, not nine; sampled otherwise it is another one.
+    assert_eq!((paint.anisotropy.strength, paint.anisotropy.rotation), (0.75, std::f32::consts::PI));
+    // The same file as colour and as numbers is two textures, not ten; sampled otherwise it is another one.
     assert_eq!(scene.textures.len(), 3);
     let poster = &scene.materials[material("poster")];
     let third = 1.0f32 / 9.0;

@@ -28,7 +28,7 @@ impl SceneBuilder {
     /// Adds a mesh. It gets tangents when a material with a normal map is to wear it.
     pub fn mesh(&mut self, name: &str, shape: MeshBuilder, material: usize) -> usize {
         let mut mesh = shape.finish(name);
-        if self.scene.materials[material].normal_texture.is_some() {
+        if self.scene.materials[material].needs_tangents() {
             mesh.compute_tangents();
         }
         self.scene.meshes.push(mesh);

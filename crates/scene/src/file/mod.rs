@@ -213,7 +213,7 @@ fn from_another(node: &KeyedValue, error: Error) -> Error {
 fn add_tangents(scene: &mut Scene) {
     for object in &scene.objects {
         let mesh = &mut scene.meshes[object.mesh];
-        if scene.materials[object.material].normal_texture.is_some() && mesh.tangents.is_empty() {
+        if scene.materials[object.material].needs_tangents() && mesh.tangents.is_empty() {
             mesh.compute_tangents();
         }
     }

@@ -85,6 +85,8 @@ const FACTORS: &[&str] = &[
     "film",
     "film_ior",
     "film_thickness",
+    "anisotropy",
+    "anisotropy_rotation_degrees",
     "emissive",
     "emissive_strength",
     "normal_scale",

@@ -193,6 +193,7 @@ impl Drawables {
             uv_sets: dress.uv_sets,
             repeats: dress.repeats,
             tangents: dress.tangents,
+            anisotropic: dress.anisotropic,
             joints: skin.map(|(_, joints)| joints.joints.len()),
             posed: skin.filter(|(_, joints)| is_still(joints)).map(|(index, _)| index),
             shapes,

@@ -10,6 +10,7 @@ pub(super) const DRAWN: &[&str] = &[
     "KHR_animation_pointer",
     "KHR_draco_mesh_compression",
     "KHR_lights_punctual",
+    "KHR_materials_anisotropy",
     "KHR_materials_clearcoat",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
@@ -33,8 +34,7 @@ const UNSEEN: &[&str] =
     &["KHR_xmp", "KHR_xmp_json_ld", "FB_ngon_encoding", "EXT_structural_metadata", "EXT_mesh_features"];
 
 /// Those that give a surface more than is drawn of it: without them it is simpler, and where a file requires them a warning names them.
-const SIMPLIFIED: &[&str] =
-    &["KHR_materials_anisotropy", "KHR_materials_diffuse_transmission", "KHR_materials_dispersion"];
+const SIMPLIFIED: &[&str] = &["KHR_materials_diffuse_transmission", "KHR_materials_dispersion"];
 
 /// Refuses a file that cannot be shown without an extension that is not drawn.
 pub(super) fn check_required(document: &Document) -> Result<(), String> {

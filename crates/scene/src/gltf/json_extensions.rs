@@ -181,6 +181,8 @@ pub(super) struct MaterialExtensions {
     pub sheen: Option<SheenExtension>,
     #[serde(rename = "KHR_materials_iridescence")]
     pub iridescence: Option<Iridescence>,
+    #[serde(rename = "KHR_materials_anisotropy")]
+    pub anisotropy: Option<AnisotropyExtension>,
 }
 
 /// Says nothing but that it is there.
@@ -235,6 +237,14 @@ pub(super) struct SheenExtension {
     pub sheen_color_texture: Option<TextureInfo>,
     pub sheen_roughness_factor: f64,
     pub sheen_roughness_texture: Option<TextureInfo>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct AnisotropyExtension {
+    pub anisotropy_strength: f64,
+    pub anisotropy_rotation: f64,
+    pub anisotropy_texture: Option<TextureInfo>,
 }
 
 #[derive(Debug, Default, Deserialize)]

@@ -1,10 +1,10 @@
 //! Lobes of a material's extensions.
 
 use super::json::TextureInfo;
-use super::json_extensions::{Iridescence, SheenExtension};
+use super::json_extensions::{AnisotropyExtension, Iridescence, SheenExtension};
 use super::materials::{MaterialBuilder, Pending, lie_alike};
 use super::textures::{ImageWithFallback, Recipe, picture};
-use crate::{MIN_SHEEN_ROUGHNESS, Sheen, TextureSlot, ThinFilm};
+use crate::{Anisotropy, ColorSpace, MIN_SHEEN_ROUGHNESS, Sheen, TextureSlot, ThinFilm};
 
 /// The extensions that make no sense beside a lobe: each says so in its section "Exclusions".
 fn is_excluded(reader: &mut MaterialBuilder, extension: &str) -> bool {
@@ -32,6 +32,11 @@ impl MaterialBuilder<'_> {
         {
             self.film(pending, own);
         }
+        if let Some(own) = &json.extensions.anisotropy
+            && !is_excluded(self, "KHR_materials_anisotropy")
+        {
+            self.anisotropy(pending, own);
+        }
     }
 
     fn sheen(&mut self, pending: &mut Pending, own: &SheenExtension) {
@@ -54,6 +59,19 @@ impl MaterialBuilder<'_> {
             textures,
             "sheenRoughnessTexture lies otherwise than sheenColorTexture",
         );
+    }
+
+    fn anisotropy(&mut self, pending: &mut Pending, own: &AnisotropyExtension) {
+        let strength = self.share("anisotropyStrength", own.anisotropy_strength);
+        if strength == 0.0 {
+            return;
+        }
+        let rotation = self.number("anisotropyRotation", own.anisotropy_rotation, -1e6, 1e6);
+        pending.material.anisotropy = Anisotropy { strength, rotation };
+        if let Some(info) = &own.anisotropy_texture {
+            let plain = |own| Recipe::Plain(own, ColorSpace::Linear);
+            self.ask(pending, TextureSlot::Anisotropy, info, plain);
+        }
     }
 
     fn film(&mut self, pending: &mut Pending, own: &Iridescence) {

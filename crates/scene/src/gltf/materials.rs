@@ -23,8 +23,10 @@ pub(super) struct DrawnMaterial {
     pub uv_sets: [Option<usize>; 2],
     /// True for each set of coordinates from which whole repeats may be taken off.
     pub repeats: [bool; 2],
-    /// True if a normal map needs tangents.
+    /// True if a normal map or an anisotropy needs tangents.
     pub tangents: bool,
+    /// True if an anisotropy does.
+    pub anisotropic: bool,
 }
 
 /// A material whose textures are still to be made.
@@ -350,7 +352,7 @@ impl MaterialBuilder<'_> {
     /// the sets of colour and emission come next.
     fn map_sets(&mut self, dress: &mut DrawnMaterial) {
         let mut sets: Vec<usize> =
-            self.used.iter().filter(|used| used.slot == TextureSlot::Normal).map(|used| used.set).take(1).collect();
+            self.used.iter().filter(|used| along_tangents(used.slot)).map(|used| used.set).take(1).collect();
         let all: BTreeSet<usize> = self.used.iter().map(|used| used.set).collect();
         if all.len() > 2 {
             let most_seen = [TextureSlot::BaseColor, TextureSlot::Emissive];
@@ -379,7 +381,8 @@ impl MaterialBuilder<'_> {
             let own = self.used.iter().filter(|used| Some(used.set) == dress.uv_sets[slot]);
             *repeats = own.into_iter().all(Used::repeats);
         }
-        dress.tangents = self.used.iter().any(|used| used.slot == TextureSlot::Normal);
+        dress.anisotropic = dress.base.material.anisotropy.is_seen();
+        dress.tangents = dress.anisotropic || self.used.iter().any(|used| used.slot == TextureSlot::Normal);
         for Pending { material, requests } in [Some(&mut dress.base), dress.coat.as_mut()].into_iter().flatten() {
             for (slot, _) in requests {
                 let map = &mut material.uv_maps[*slot as usize];
@@ -387,6 +390,11 @@ impl MaterialBuilder<'_> {
             }
         }
     }
+}
+
+/// Returns true if the texture of a slot speaks in terms of tangents.
+fn along_tangents(slot: TextureSlot) -> bool {
+    matches!(slot, TextureSlot::Normal | TextureSlot::Anisotropy)
 }
 
 impl Used {

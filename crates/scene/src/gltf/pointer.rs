@@ -148,6 +148,7 @@ fn slot_called(path: &[&str]) -> Option<TextureSlot> {
         ["emissiveTexture"] => TextureSlot::Emissive,
         ["extensions", "KHR_materials_specular", "specularColorTexture"] => TextureSlot::Specular,
         ["extensions", "KHR_materials_sheen", "sheenColorTexture"] => TextureSlot::Sheen,
+        ["extensions", "KHR_materials_anisotropy", "anisotropyTexture"] => TextureSlot::Anisotropy,
         ["extensions", "KHR_materials_iridescence", "iridescenceThicknessTexture"] => TextureSlot::Film,
         _ => return None,
     })

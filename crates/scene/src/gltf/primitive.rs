@@ -21,8 +21,10 @@ pub(super) struct Needs {
     pub uv_sets: [Option<usize>; 2],
     /// True for each set of coordinates from which whole repeats may be taken off.
     pub repeats: [bool; 2],
-    /// True if a normal map bends its normals.
+    /// True if its material looks at tangents.
     pub tangents: bool,
+    /// True if an anisotropy does.
+    pub anisotropic: bool,
     /// Joints of the skin that moves it.
     pub joints: Option<usize>,
     pub shapes: Shapes,
@@ -195,6 +197,12 @@ impl PrimitiveInput<'_> {
         }
         if self.needs.tangents {
             self.tangents(mesh, warnings);
+        }
+        let has_tangents = !mesh.tangents.is_empty() || self.needs.uv_sets[0].is_some();
+        if self.needs.anisotropic && !has_tangents {
+            warnings.push(
+                "its material is anisotropic, and it has neither tangents nor a texture to make them of: drawn as rough in each direction".into(),
+            );
         }
     }
 

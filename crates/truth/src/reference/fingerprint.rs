@@ -8,8 +8,8 @@ use glam::{DAffine3, DVec2, DVec3, Vec3};
 use super::render::Reference;
 use super::{CameraView, Smith, TruthOptions};
 use afterlight_scene::{
-    AlphaMode, Brdf, Camera, CastsShadow, ColorSpace, Environment, Light, Look, Material, Mesh, Object, Projection,
-    Sampler, Scene, Sky, SkyImage, SunDisc, Texels, Texture, TextureSlot, ThinFilm, ThinLens, UvMap,
+    AlphaMode, Anisotropy, Brdf, Camera, CastsShadow, ColorSpace, Environment, Light, Look, Material, Mesh, Object,
+    Projection, Sampler, Scene, Sky, SkyImage, SunDisc, Texels, Texture, TextureSlot, ThinFilm, ThinLens, UvMap,
 };
 
 #[cfg(test)]
@@ -117,6 +117,7 @@ impl Fingerprint {
             two_sided,
             sheen,
             film,
+            anisotropy,
             unlit,
             atlas,
             uv_maps,
@@ -129,6 +130,7 @@ impl Fingerprint {
             shininess_texture,
             sheen_texture,
             film_texture,
+            anisotropy_texture,
         } = material;
         self.brdf(Some(*brdf));
         [base_color, specular, reflectance, emissive].into_iter().for_each(|color| self.color(*color));
@@ -168,6 +170,13 @@ impl Fingerprint {
             [strength, ior, least, most].into_iter().for_each(|value| self.single(*value));
             self.uv_map(&uv_maps[TextureSlot::Film as usize]);
             self.slot(*film_texture);
+        }
+        if anisotropy.is_seen() {
+            self.number(3);
+            let Anisotropy { strength, rotation } = anisotropy;
+            [strength, rotation].into_iter().for_each(|value| self.single(*value));
+            self.uv_map(&uv_maps[TextureSlot::Anisotropy as usize]);
+            self.slot(*anisotropy_texture);
         }
     }
 

@@ -39,11 +39,12 @@ impl SurfacePoint<'_> {
     }
 
     /// The lobes beside base and highlight, where it is lit with this model.
-    fn lobes(&self, model: Brdf) -> SurfaceLobes {
+    fn lobes(&self, model: Brdf, normal: DVec3) -> SurfaceLobes {
         let material = self.part.material;
         if !material.has_lobes(model) {
             return SurfaceLobes::NONE;
         }
+        let (anisotropy, across) = self.anisotropy(normal);
         let (sheen, film) = (self.texel(TextureSlot::Sheen), self.texel(TextureSlot::Film));
         let [least, most] = material.film.nanometres.map(f64::from);
         SurfaceLobes {
@@ -52,6 +53,8 @@ impl SurfacePoint<'_> {
             film: f64::from(material.film.strength) * film.x,
             film_ior: f64::from(material.film.ior),
             film_nanometres: least + (most - least) * film.y,
+            anisotropy,
+            across,
         }
     }
 
@@ -59,6 +62,33 @@ impl SurfacePoint<'_> {
     fn normal(&self) -> DVec3 {
         let normal = self.blend(|vertex, weight| Vec3::from(self.part.mesh.normals[vertex]).as_dvec3() * weight);
         unit_or(self.part.normals * normal, DVec3::Y)
+    }
+
+    /// The interpolated tangent, and the bitangent on a normal; zero where the mesh has none.
+    fn tangents(&self, normal: DVec3) -> [DVec3; 2] {
+        let tangents = &self.part.mesh.tangents;
+        let tangent = self.blend(|vertex, weight| {
+            let tangent = tangents.get(vertex).map_or(DVec4::ZERO, |&tangent| Vec4::from(tangent).as_dvec4());
+            unit_or(self.part.along * tangent.truncate(), DVec3::ZERO).extend(tangent.w) * weight
+        });
+        let along = tangent.truncate();
+        [along, normal.cross(along) * (tangent.w * self.part.handedness)]
+    }
+
+    /// How anisotropic the highlight is, and the direction in which it is rougher. A mesh without tangents has neither.
+    fn anisotropy(&self, normal: DVec3) -> (f64, DVec3) {
+        let own = self.part.material.anisotropy;
+        let texel = self.texture(TextureSlot::Anisotropy);
+        let [x, y, strength] = texel.map_or([1.0, 0.0, 1.0], |texel| {
+            let codes = texel.truncate() * 255.0 - NORMAL_ZERO;
+            let [x, y, _] = codes.map(|code| if code.abs() < 0.01 { 0.0 } else { code / NORMAL_STEPS }).to_array();
+            [x, y, texel.z]
+        });
+        let (sin, cos) = f64::from(own.rotation).sin_cos();
+        let [along, bitangent] = self.tangents(normal);
+        let across = along * (cos * x - sin * y) + bitangent * (sin * x + cos * y);
+        let is_there = across.length_squared() > 1e-12;
+        if is_there { (f64::from(own.strength) * strength, across) } else { (0.0, DVec3::X) }
     }
 
     /// The normal with its map. MikkTSpace: the frames of vertices are unit, and the interpolated one is used as it is, neither made orthogonal nor unit
@@ -72,13 +102,7 @@ impl SurfacePoint<'_> {
         if x == 0.0 && y == 0.0 && z > 0.0 {
             return normal;
         }
-        let tangents = &self.part.mesh.tangents;
-        let tangent = self.blend(|vertex, weight| {
-            let tangent = tangents.get(vertex).map_or(DVec4::ZERO, |&tangent| Vec4::from(tangent).as_dvec4());
-            unit_or(self.part.along * tangent.truncate(), DVec3::ZERO).extend(tangent.w) * weight
-        });
-        let along = tangent.truncate();
-        let bitangent = normal.cross(along) * (tangent.w * self.part.handedness);
+        let [along, bitangent] = self.tangents(normal);
         unit_or(along * x + bitangent * y + normal * z, normal)
     }
 }
@@ -144,7 +168,7 @@ pub fn surface(
         reflectance: material.reflectance.as_dvec3() * strength.truncate() * strength.w,
         grazing: f64::from(material.grazing) * strength.w,
         shininess: f64::from(material.shininess) * place.texel(TextureSlot::Shininess).y,
-        lobes: place.lobes(brdf),
+        lobes: place.lobes(brdf, geometric_normal),
         occlusion: ambient * place.texel(TextureSlot::Occlusion).x,
         emissive,
         alpha: if material.is_transparent() { base.w.clamp(0.0, 1.0) } else { 1.0 },

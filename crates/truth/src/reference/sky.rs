@@ -197,8 +197,7 @@ fn facet(point: DVec2, roughness: f64) -> DVec3 {
 
 /// The view, mirrored at a facet that is given about +Z.
 fn mirrored(surface: &Collector, facet: DVec3) -> DVec3 {
-    let (x, y) = surface.normal.any_orthonormal_pair();
-    let half = x * facet.x + y * facet.y + surface.normal * facet.z;
+    let half = surface.half(facet);
     half * (2.0 * surface.view.dot(half)) - surface.view
 }
 
@@ -208,6 +207,9 @@ fn mirrored_density(surface: &Collector, direction: DVec3) -> f64 {
     let (cosine, v_dot_h) = (surface.normal.dot(half), surface.view.dot(half));
     if cosine <= 0.0 || v_dot_h <= 0.0 {
         return 0.0;
+    }
+    if let Some(density) = surface.stretched_density(half) {
+        return density / (4.0 * v_dot_h);
     }
     let (alpha2, sine2) = (surface.roughness.powi(4), surface.normal.cross(half).length_squared());
     let facets = alpha2 / (PI * (cosine * cosine * alpha2 + sine2).powi(2));

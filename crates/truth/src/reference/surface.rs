@@ -17,12 +17,23 @@ pub struct SurfaceLobes {
     pub film_ior: f64,
     /// Its thickness.
     pub film_nanometres: f64,
+    /// How much rougher an anisotropic highlight is across its grooves: 0 to 1.
+    pub anisotropy: f64,
+    /// The direction in which it is rougher, of any length but 0; not yet in the surface.
+    pub across: DVec3,
 }
 
 impl SurfaceLobes {
     /// No lobe beside the usual ones.
-    pub const NONE: Self =
-        Self { sheen: DVec3::ZERO, sheen_roughness: 0.0, film: 0.0, film_ior: 1.0, film_nanometres: 0.0 };
+    pub const NONE: Self = Self {
+        sheen: DVec3::ZERO,
+        sheen_roughness: 0.0,
+        film: 0.0,
+        film_ior: 1.0,
+        film_nanometres: 0.0,
+        anisotropy: 0.0,
+        across: DVec3::X,
+    };
 }
 
 /// A lit point, in the terms of its material with its textures looked up.

@@ -7,7 +7,7 @@ use std::io::Cursor;
 
 use super::{GltfBuilder, push};
 use crate::gltf::GltfOptions;
-use crate::{AlphaMode, ColorSpace, Filter, Imported, Sampler, Sheen, TextureSlot, ThinFilm, UvMap, Wrap};
+use crate::{AlphaMode, Anisotropy, ColorSpace, Filter, Imported, Sampler, Sheen, TextureSlot, ThinFilm, UvMap, Wrap};
 
 fn png(texels: &[[u8; 4]]) -> Vec<u8> {
     let image = RgbaImage::from_raw(texels.len() as u32, 1, texels.as_flattened().to_vec()).expect("an image");
@@ -402,4 +402,21 @@ fn odd_thin_films_are_named_and_drawn_as_near_as_can_be() {
     });
     let (_, said) = told(apart);
     assert!(said.contains("iridescenceTexture lies otherwise than iridescenceThicknessTexture"), "{said}");
+}
+
+#[test]
+fn an_anisotropy_is_read_and_its_mesh_has_tangents() {
+    let read = |own: Value| dressed(json!({"extensions": {"KHR_materials_anisotropy": own}})).read();
+    let own = json!({"anisotropyStrength": 0.5, "anisotropyRotation": 1.5, "anisotropyTexture": {"index": 0}});
+    let Imported { materials, textures, warnings, meshes, .. } = read(own);
+    assert_eq!((warnings, textures.len()), (Vec::<String>::new(), 1));
+    assert_eq!(materials[0].anisotropy, Anisotropy { strength: 0.5, rotation: 1.5 });
+    assert_eq!(textures[materials[0].anisotropy_texture.expect("a texture")].color_space, ColorSpace::Linear);
+    assert_eq!(meshes[0].tangents.len(), meshes[0].positions.len());
+    let none = read(json!({"anisotropyRotation": 1.5, "anisotropyTexture": {"index": 0}}));
+    assert_eq!((none.materials[0].anisotropy, none.textures.len()), (Anisotropy::NONE, 0));
+    assert!(none.meshes[0].tangents.is_empty());
+    let odd = read(json!({"anisotropyStrength": -3, "anisotropyRotation": 1e300}));
+    assert_eq!(odd.materials[0].anisotropy, Anisotropy::NONE);
+    assert!(odd.warnings.join("; ").contains("anisotropyStrength is -3"), "{:?}", odd.warnings);
 }

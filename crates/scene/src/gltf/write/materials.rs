@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use super::expressible::power_of_two_above;
 use super::images::{self, TextureForm};
 use super::{DocumentBuilder, number, surfaces};
-use crate::{AlphaMode, DIELECTRIC, Error, Material, Scene, Sheen, TextureSlot, ThinFilm, UvMap};
+use crate::{AlphaMode, Anisotropy, DIELECTRIC, Error, Material, Scene, Sheen, TextureSlot, ThinFilm, UvMap};
 
 /// A material, and the coat that lies on it: by their numbers in the scene.
 pub(super) type CoatedMaterial = (usize, Option<usize>);
@@ -98,6 +98,7 @@ impl Writer<'_, '_> {
         self.reflectance(&mut json, material);
         self.sheen(&mut json, material);
         self.film(&mut json, material);
+        self.anisotropy(&mut json, material);
         if material.unlit {
             self.extend(&mut json, "KHR_materials_unlit", json!({}));
         }
@@ -184,6 +185,16 @@ impl Writer<'_, '_> {
         self.texture(&mut own, "iridescenceTexture", material, TextureSlot::Film);
         self.texture(&mut own, "iridescenceThicknessTexture", material, TextureSlot::Film);
         self.extend(json, "KHR_materials_iridescence", own);
+    }
+
+    fn anisotropy(&mut self, json: &mut Value, material: &Material) {
+        let Anisotropy { strength, rotation } = material.anisotropy;
+        if material.unlit || !material.anisotropy.is_seen() {
+            return;
+        }
+        let mut own = json!({ "anisotropyStrength": number(strength), "anisotropyRotation": number(rotation) });
+        self.texture(&mut own, "anisotropyTexture", material, TextureSlot::Anisotropy);
+        self.extend(json, "KHR_materials_anisotropy", own);
     }
 
     fn coat(&mut self, json: &mut Value, coat: &Material) {

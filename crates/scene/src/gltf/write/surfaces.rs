@@ -5,7 +5,7 @@ use std::collections::{BTreeSet, HashMap};
 use glam::Vec3;
 
 use super::expressible::tell;
-use crate::{AlphaMode, Brdf, DIELECTRIC, Material, Object, Scene, Sheen, TextureSlot, ThinFilm};
+use crate::{AlphaMode, Anisotropy, Brdf, DIELECTRIC, Material, Object, Scene, Sheen, TextureSlot, ThinFilm};
 
 pub(super) fn is_coat(material: &Material) -> bool {
     material.alpha_mode == AlphaMode::Coat
@@ -45,6 +45,7 @@ fn model(material: &mut Material) -> bool {
     // The other models have no lobe beside their own.
     if material.brdf != Brdf::CookTorrance {
         (material.sheen, material.film) = (Sheen::NONE, ThinFilm::NONE);
+        material.anisotropy = Anisotropy::NONE;
     }
     match material.brdf {
         Brdf::CookTorrance => return false,
@@ -86,6 +87,9 @@ fn normal_form(material: &mut Material) {
     }
     if material.unlit || !material.sheen.is_seen() {
         (material.sheen, material.sheen_texture) = (Sheen::NONE, None);
+    }
+    if material.unlit || !material.anisotropy.is_seen() {
+        (material.anisotropy, material.anisotropy_texture) = (Anisotropy::NONE, None);
     }
     if material.unlit || !material.film.is_seen() {
         (material.film, material.film_texture) = (ThinFilm::NONE, None);

@@ -9,8 +9,8 @@ use super::*;
 use crate::builtin::shapes;
 use crate::gltf::{GltfOptions, parse};
 use crate::{
-    AlphaMode, Brdf, Camera, CastsShadow, ColorSpace, Emitter, Falloff, Filter, Imported, Light, LightKind, Look,
-    Material, NamedCamera, Object, Projection, Sampler, Sheen, Texture, TextureSlot, ThinFilm, UvMap, Wrap,
+    AlphaMode, Anisotropy, Brdf, Camera, CastsShadow, ColorSpace, Emitter, Falloff, Filter, Imported, Light, LightKind,
+    Look, Material, NamedCamera, Object, Projection, Sampler, Sheen, Texture, TextureSlot, ThinFilm, UvMap, Wrap,
 };
 
 fn shot() -> ExportedView {
@@ -92,6 +92,9 @@ fn materials() -> Vec<Material> {
             (own.sheen, own.sheen_texture) = (Sheen { color: Vec3::new(0.9, 0.1, 0.3), roughness: 0.4 }, Some(2));
         }),
         of("oily", &|own| own.film = ThinFilm { strength: 0.5, ior: 1.4, nanometres: [350.0; 2] }),
+        of("brushed", &|own| {
+            (own.anisotropy, own.anisotropy_texture) = (Anisotropy { strength: 0.75, rotation: 0.3 }, Some(1));
+        }),
         of("shaded", &|own| (own.occlusion_texture, own.specular_texture) = (Some(1), Some(2))),
     ]
 }

@@ -7,6 +7,7 @@ use glam::DVec3;
 use nalgebra::Vector3;
 
 use super::film::Film;
+use super::grooves::{Grooves, grooves};
 use super::real::{Real, unit, vector, widened};
 use super::sheen::Fibres;
 use crate::reference::{ShadingPoint, Smith, SurfaceLobes};
@@ -50,6 +51,7 @@ pub struct Reflector<R: Real> {
     smith: Smith,
     pub(super) fibres: Option<Fibres<R>>,
     film: Option<Film>,
+    grooves: Option<Grooves>,
     /// F0 for light from everywhere.
     pub(super) even: Vector3<R>,
     lobes: SurfaceLobes,
@@ -79,12 +81,27 @@ pub struct Collector {
     /// The lobes beside base and highlight.
     pub lobes: SurfaceLobes,
     film: Option<Film>,
+    grooves: Option<Grooves>,
 }
 
 impl Collector {
     /// The lobes of Cook-Torrance for light from a direction, a unit vector on the normal's side, in inverse steradians.
     pub fn lobe(&self, light: DVec3) -> DVec3 {
         widened(self.reflector().reflect(&vector(light)).lobe)
+    }
+
+    /// A half vector about the normal, given for GGX about +Z.
+    pub fn half(&self, facet: DVec3) -> DVec3 {
+        if let Some(grooves) = &self.grooves {
+            return grooves.stretched(facet, self.normal);
+        }
+        let (x, y) = self.normal.any_orthonormal_pair();
+        x * facet.x + y * facet.y + self.normal * facet.z
+    }
+
+    /// Returns the density, per steradian, of half vectors where the highlight's facets are stretched; `None` where they are not.
+    pub fn stretched_density(&self, half: DVec3) -> Option<f64> {
+        self.grooves.as_ref().map(|grooves| grooves.density(half, self.normal))
     }
 
     /// The share of light from a direction that other lobes leave to the base.
@@ -107,6 +124,7 @@ impl Collector {
             smith: Smith::HeightCorrelated,
             fibres: Fibres::of(&self.lobes, self.n_dot_v),
             film: self.film,
+            grooves: self.grooves,
             even: vector(self.even),
             lobes: self.lobes,
         }
@@ -128,6 +146,7 @@ impl<R: Real> Reflector<R> {
             roughness: self.roughness.wide(),
             lobes: self.lobes,
             film: self.film,
+            grooves: self.grooves,
         }
     }
 
@@ -152,8 +171,10 @@ impl<R: Real> Reflector<R> {
             Some(film) => vector(film.even(n_dot_v.wide(), widened(specular), grazing.wide())),
             None => specular,
         };
+        let roughness = R::of(surface.roughness).max(R::of(MIN_ROUGHNESS));
         Self {
             brdf: surface.brdf,
+            grooves: grooves(&lobes, &normal, roughness),
             film,
             even,
             fibres: Fibres::of(&lobes, n_dot_v),
@@ -164,7 +185,7 @@ impl<R: Real> Reflector<R> {
             diffuse,
             specular,
             grazing,
-            roughness: R::of(surface.roughness).max(R::of(MIN_ROUGHNESS)),
+            roughness,
             shininess: R::of(surface.shininess),
             smith,
         }
@@ -207,6 +228,9 @@ impl<R: Real> Reflector<R> {
     /// D V of GGX: distribution of facets by Walter et al. 2007 ("Microfacet Models for Refraction through Rough Surfaces"), their
     /// masking and shadowing by Smith, divided by 4 n.l n.v.
     fn microfacets(&self, light: &Vector3<R>) -> R {
+        if let Some(grooves) = &self.grooves {
+            return grooves.microfacets((&self.normal, &self.view, self.n_dot_v), light);
+        }
         // Light from the direction opposite to the view has no half vector, and the lobe does not reach there.
         let Some(half) = unit(&(light + self.view)) else { return R::zero() };
         let alpha = self.roughness * self.roughness;

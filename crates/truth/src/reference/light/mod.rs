@@ -7,6 +7,7 @@ mod ambient;
 mod brdf;
 mod falloff;
 mod film;
+mod grooves;
 mod real;
 mod sheen;
 #[cfg(test)]

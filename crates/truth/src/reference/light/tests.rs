@@ -124,6 +124,8 @@ fn any_surface() -> impl Strategy<Value = ShadingPoint> {
                     film: occlusion,
                     film_ior: 1.0 + metallic,
                     film_nanometres: 10.0 * shininess,
+                    anisotropy: metallic,
+                    across: DVec3::new(roughness, occlusion - 0.5, metallic - 0.5),
                 },
                 ..mirror(1.0)
             }
@@ -462,5 +464,36 @@ fn a_thin_film_is_finite_and_coloured_and_its_strength_mixes() {
                 }
             }
         }
+    }
+}
+
+#[test]
+fn grooves_stretch_a_highlight_and_keep_its_energy() {
+    let brushed = |anisotropy| {
+        let lobes = SurfaceLobes { anisotropy, across: DVec3::new(1.0, 0.3, 0.0), ..SurfaceLobes::NONE };
+        ShadingPoint { roughness: 0.5, lobes, ..mirror(1.0) }
+    };
+    let of = |surface: &ShadingPoint| Reflector::<f64>::new(surface, Smith::default());
+    // Light and eye along the normal: D = 1 / (pi wide narrow), V = 1 / 4, with alpha 0.25 and 0.25 + 0.75 / 4.
+    let peak = of(&brushed(0.5)).reflect(&Vector3::new(0.0, 1.0, 0.0)).lobe.x;
+    assert!((peak - 0.25 / (PI * 0.25 * 0.4375)).abs() < 1e-12, "{peak}");
+    // Wider across than along.
+    let tilted = |x: f64, z: f64| of(&brushed(0.8)).reflect(&Vector3::new(x, 0.6, z)).lobe.x;
+    assert!(tilted(0.8, 0.0) > 3.0 * tilted(0.0, 0.8));
+    // Without strength, and along the normal itself, it is the usual highlight.
+    let usual = of(&ShadingPoint { roughness: 0.5, ..mirror(1.0) }).reflect(&direction(0.7, 2.0)).lobe;
+    let along = SurfaceLobes { anisotropy: 0.8, across: DVec3::Y, ..SurfaceLobes::NONE };
+    for surface in [brushed(0.0), ShadingPoint { lobes: along, ..brushed(0.0) }] {
+        assert_eq!(of(&surface).reflect(&direction(0.7, 2.0)).lobe, usual);
+    }
+    // It gives back less than a highlight of the lesser roughness all around, and more than one of the greater.
+    let back = |surface: &ShadingPoint| {
+        let reflector = of(surface);
+        collected(|light| reflector.reflect(light).lobe.x)
+    };
+    let (smooth, rough) = (back(&mirror(0.25)), back(&mirror(1.0)));
+    for strength in [0.2, 0.6, 1.0] {
+        let own = back(&brushed(strength));
+        assert!(own < smooth && own > rough, "{strength}: {own}, {smooth}, {rough}");
     }
 }
