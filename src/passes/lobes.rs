@@ -113,6 +113,7 @@ mod tests {
             5 => !plan.textures.mapped.is_empty(),
             7..=10 => plan.is_lit_by_sky(),
             11 => plan.effects.lobes.is_some(),
+            12 => plan.is_lit_by_sky() && plan.shadow.is_some(),
             14 => plan.names_froxels(),
             _ => false,
         }
