@@ -112,7 +112,9 @@ pub(super) fn name_of(scene: &str) -> String {
 
 /// A name for each scene. Of scenes whose files have one name each is told apart by its extension, its folder, or all of its path.
 pub(super) fn names_of(scenes: &[String]) -> Vec<String> {
-    let folder = |scene: &str| Path::new(scene).parent().and_then(Path::file_name).unwrap_or_default().to_string_lossy().into_owned();
+    let folder = |scene: &str| {
+        Path::new(scene).parent().and_then(Path::file_name).unwrap_or_default().to_string_lossy().into_owned()
+    };
     let extension = |scene: &str| Path::new(scene).extension().unwrap_or_default().to_string_lossy().into_owned();
     let forms: [&dyn Fn(&str) -> String; 5] = [
         &name_of,
@@ -123,9 +125,8 @@ pub(super) fn names_of(scenes: &[String]) -> Vec<String> {
     ];
     let named = |scene: &String| {
         let alike: Vec<_> = scenes.iter().filter(|other| name_of(other) == name_of(scene)).collect();
-        let are_apart = |form: &&&dyn Fn(&str) -> String| {
-            alike.iter().filter(|other| form(other) == form(scene)).count() <= 1
-        };
+        let are_apart =
+            |form: &&&dyn Fn(&str) -> String| alike.iter().filter(|other| form(other) == form(scene)).count() <= 1;
         forms.iter().find(are_apart).unwrap_or(&forms[0])(scene)
     };
     scenes.iter().map(named).collect()
