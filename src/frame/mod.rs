@@ -269,7 +269,7 @@ impl Renderer {
         self.world.refresh(&self.plan);
         if self.plan.averages_over_time() {
             // While something moves the directions stay: the mean over time would not follow light that is another in each frame.
-            self.world.aim_sky(&self.plan, self.timeline.still());
+            self.world.aim_sky(&self.plan, self.timeline.since_change());
         }
         // ANCHOR: record-frame
         let eye = Eye::of(camera, &self.world.drawn_bounds(&self.plan));

@@ -52,6 +52,17 @@ impl Renderer {
         lens.map_or(*camera, |lens| lens.through(camera, lens_point(index, count)))
     }
 
+    /// Draws frame `index` of a picture of several: through its own place in each pixel and its own point of the lens, in the light of its own directions of the
+    /// sky.
+    ///
+    /// # Errors
+    /// When the device is lost or out of memory.
+    pub fn render_sample(&mut self, camera: &Camera, index: u32) -> Result<(), Error> {
+        self.world.aim_sky(&self.plan, index);
+        let jitter = sample_offset(index, self.plan.frames_a_picture());
+        self.render_jittered(&self.behind_lens(camera, index), jitter)
+    }
+
     /// Draws a picture as [`Renderer::picture`] does, while things move and the shutter is open: before each frame `go_to` is given this renderer and the
     /// frame's moment, in seconds after the shutter opens; it poses the renderer, and returns the camera of that moment. One frame alone shows the moment
     /// 0. Where frames are averaged over time, a picture begins with a cut, and its frames show moments before 0, 60 a second, and at last 0.
@@ -83,8 +94,7 @@ impl Renderer {
         let mut sum = Accumulator::new(&self.plan);
         for index in 0..count {
             let camera = go_to(self, moment(index, count) * shutter)?;
-            self.world.aim_sky(&self.plan, index);
-            self.render_jittered(&self.behind_lens(&camera, index), sample_offset(index, count))?;
+            self.render_sample(&camera, index)?;
             self.look_at_linear(|rgba| {
                 drawn();
                 sum.add(rgba);

@@ -16,6 +16,8 @@ pub(super) struct Timeline {
     last: Option<Last>,
     /// The number of frames in a row that have changed nothing.
     still: u32,
+    /// The number of frames since the last change, with the frame that showed it.
+    since_change: u32,
 }
 
 /// The view of the last frame.
@@ -31,18 +33,23 @@ struct Last {
 impl Timeline {
     /// A timeline whose frames have so many places in the pixel before the first comes again.
     pub fn of(places: u32) -> Self {
-        Self { count: 0, order: JitterSequence::of(places), last: None, still: 0 }
+        Self { count: 0, order: JitterSequence::of(places), last: None, still: 0, since_change: 0 }
     }
 
     /// Makes the next frame the first: the frames before showed something else, or had another size.
     pub fn begin(&mut self, places: u32) {
         let order = if self.order.count() == places.max(1) { self.order } else { JitterSequence::of(places) };
-        *self = Self { count: 0, order, last: None, still: 0 };
+        *self = Self { count: 0, order, last: None, still: 0, since_change: 0 };
     }
 
     /// The number of frames in a row that have changed nothing.
     pub fn still(&self) -> u32 {
         self.still
+    }
+
+    /// The number of frames since the last change, with the frame that showed it; 0 after a cut. The same for every frame while something moves.
+    pub fn since_change(&self) -> u32 {
+        self.since_change
     }
 
     /// Returns what the next frame needs of the last one.
@@ -66,6 +73,7 @@ impl Timeline {
     pub fn pass(&mut self, frame: &Reprojection, world: &World, visible: &Visible) {
         self.count = self.count.wrapping_add(1);
         self.still = if frame.still { self.still.saturating_add(1) } else { 0 };
+        self.since_change = self.still.saturating_add(1);
         self.last = Some(Last {
             projection: frame.current,
             generation: world.generation(),

@@ -149,8 +149,7 @@ impl ShadowPlan {
         };
         let mut free = Vec::new();
         let (mut unserved, mut remedy) = (Vec::new(), None);
-        let asking = if settings.shadows.enabled { by_importance(scene, order) } else { Vec::new() };
-        for (light, source) in asking {
+        for (light, source) in by_importance(scene, order) {
             let wanted = MapProjection::of(source, shadows.cascades);
             let tries: Vec<MapProjection> = match wanted {
                 MapProjection::Cascades(count) => (1..=count).rev().map(MapProjection::Cascades).collect(),
@@ -171,7 +170,7 @@ impl ShadowPlan {
                 let by_device = within_budget > most;
                 let mut why = short.reason(shadows, by_device, most);
                 if short == Short::Layers && !by_device {
-                    why += remedy.get_or_insert_with(|| Self::remedy(scene, settings, (order, directions), device));
+                    why += remedy.get_or_insert_with(|| Self::remedy(scene, settings, order, device));
                 }
                 unserved.push((source.name.as_str(), why, found.is_some()));
             }
@@ -182,34 +181,38 @@ impl ShadowPlan {
             }
         }
         let mut warnings = warnings(&unserved);
-        warnings.extend(plan.add_sky(directions, &mut free, (most, settings)));
+        let short = plan.add_sky(directions, &mut free, most);
+        warnings.extend(short.map(|(count, why)| {
+            let why = why.reason(shadows, within_budget > most, most);
+            format!("{count} of {directions} directions of the sky have a shadow map: {why}")
+        }));
         let is_empty = plan.lights.is_empty() && plan.sky.is_none();
         ((!is_empty).then_some(plan), warnings)
     }
 
     /// Gives a map to as many directions of the sky as there is room for, a quarter of a layer each: one lies around the whole view, and its shadow is one
-    /// of many. Returns a warning where those are fewer than asked for.
-    fn add_sky(&mut self, directions: u32, free: &mut Vec<Tile>, (most, settings): (u32, &Settings)) -> Option<String> {
+    /// of many. Where those are fewer than asked for, returns their number and why.
+    fn add_sky(&mut self, directions: u32, free: &mut Vec<Tile>, most: u32) -> Option<(u32, Short)> {
         let first_view = self.tiles.len();
         let mut why = None;
         for _ in 0..directions {
             match self.room(MapProjection::Single, free, most) {
                 Ok(tiles) => self.tiles.extend(tiles),
                 Err(short) => {
-                    why = Some(short.reason(&settings.shadows, false, most));
+                    why = Some(short);
                     break;
                 }
             }
         }
         let count = (self.tiles.len() - first_view) as u32;
         self.sky = (count > 0).then_some(SkyShadows { first_view, count });
-        why.map(|why| format!("{count} of {directions} directions of the sky have a shadow map: {why}"))
+        why.map(|why| (count, why))
     }
 
     /// Returns the change that would give all lights their maps: the budget that they need at this size, or the size at which they are within the budget.
-    fn remedy(scene: &Scene, settings: &Settings, order: (&LightOrder, u32), device: &Capabilities) -> String {
+    fn remedy(scene: &Scene, settings: &Settings, order: &LightOrder, device: &Capabilities) -> String {
         let shadows = ShadowSettings { budget: u32::MAX, ..settings.shadows };
-        let whole = Self::of(scene, &Settings { shadows, ..settings.clone() }, order, device).0;
+        let whole = Self::of(scene, &Settings { shadows, ..settings.clone() }, (order, 0), device).0;
         let ShadowSettings { budget, size, .. } = settings.shadows;
         let Some(needed) = whole.map(|plan| plan.bytes().div_ceil(1 << 20)) else { return String::new() };
         let smaller = (1..).map(|halved| size >> halved).find(|&smaller| {

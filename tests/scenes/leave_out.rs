@@ -17,8 +17,8 @@ use afterlight::gpu::MemoryKind;
 use afterlight::plan::{FramePlan, PartGroup};
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
-    AlphaMode, BlockFormat, Brdf, ColorSpace, Environment, Falloff, HdrFormat, Keep, LightPath, Material,
-    OptionalPart as P, Scene, Settings, Texels, Texture, TextureSlot, UvMap,
+    AlphaMode, Anisotropy, BlockFormat, Brdf, ColorSpace, Environment, Falloff, HdrFormat, Keep, LightPath, Material,
+    OptionalPart as P, Scene, Settings, Sheen, Texels, Texture, TextureSlot, ThinFilm, UvMap,
 };
 use glam::{DAffine3, DVec3, Vec3};
 
@@ -230,11 +230,17 @@ fn cases() -> Vec<Case> {
         // With a texture in every slot of one or the other, and lamps of every fall-off.
         case(Clustered, &[P::Transparent, P::UnusedTextures], {
             let slots = |m: &mut Material| {
-                for (slot, own) in TextureSlot::ALL.into_iter().zip([0, 1, 2, 2, 0, 0, 2]) {
+                for (slot, own) in TextureSlot::ALL.into_iter().zip([0, 1, 2, 2, 0, 0, 2, 0, 2, 2]) {
                     *m.texture_mut(slot) = Some(own);
                 }
             };
-            let (mut first, mut second) = (Material { emissive: Vec3::ONE, ..Material::default() }, phong_again);
+            let lobes = Material {
+                sheen: Sheen { color: Vec3::splat(0.5), roughness: 0.4 },
+                film: ThinFilm { strength: 0.5, ..ThinFilm::NONE },
+                anisotropy: Anisotropy { strength: 0.5, rotation: 1.0 },
+                ..Material::default()
+            };
+            let (mut first, mut second) = (Material { emissive: Vec3::ONE, ..lobes }, phong_again);
             slots(&mut first);
             slots(&mut second);
             let dim = point(DVec3::new(0.6, -0.4, 1.0), 2.0, Some(3.0), Falloff::Quadratic);

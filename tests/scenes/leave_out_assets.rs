@@ -2,8 +2,8 @@
 
 use afterlight::gpu::MemoryKind;
 use afterlight::scene::{
-    AlphaMode, Brdf, Camera, ColorSpace, Environment, Keep, Light, LightKind, LightPath, Material, Mesh, Object,
-    OptionalPart, Scene, Settings, Texture, TextureSlot, Transparency, View,
+    AlphaMode, Anisotropy, Brdf, Camera, ColorSpace, Environment, Keep, Light, LightKind, LightPath, Material, Mesh,
+    Object, OptionalPart, Scene, Settings, Sheen, Texture, TextureSlot, ThinFilm, Transparency, View,
 };
 use glam::{DAffine3, DVec3, Vec3};
 
@@ -173,6 +173,9 @@ fn varied() -> Vec<Texture> {
         varied("glow", ColorSpace::Srgb),
         varied("highlights", ColorSpace::Srgb),
         varied("spare", ColorSpace::Srgb),
+        varied("cloth", ColorSpace::Srgb),
+        varied("film", ColorSpace::Linear),
+        varied("grooves", ColorSpace::Linear),
     ]
 }
 
@@ -184,6 +187,9 @@ fn with_all_textures(brdf: Brdf) -> Material {
         specular: Vec3::splat(0.5),
         shininess: 20.0,
         emissive: Vec3::splat(20.0),
+        sheen: Sheen { color: Vec3::splat(0.5), roughness: 0.4 },
+        film: ThinFilm { strength: 0.5, ..ThinFilm::NONE },
+        anisotropy: Anisotropy { strength: 0.5, rotation: 1.0 },
         ..plain()
     };
     TextureSlot::ALL.into_iter().for_each(|slot| *material.texture_mut(slot) = Some(slot as usize));

@@ -7,7 +7,7 @@ use crate::common::gpu::{Gpu, nits, on_gpu, places};
 use crate::common::stage::{EDGE, add, exact, plane, stage};
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
-    AlphaMode, Atmosphere, Brdf, LightPath, Material, Reflections, Scene, Settings, Sky, SkyImage,
+    AlphaMode, Atmosphere, Brdf, LightPath, Material, Reflections, Scene, Settings, Sheen, Sky, SkyImage, ThinFilm,
 };
 use afterlight_truth::reference::{CameraView, Mode, Reference, Smith, TruthOptions};
 use glam::{DAffine3, DVec3, Vec3};
@@ -118,21 +118,30 @@ fn in_the_open_all_of_the_sky_arrives() {
 #[test]
 fn every_light_path_has_the_same_shadows() {
     on_gpu(|gpu| {
-        let scene = ball_and_block(Material { roughness: 0.3, metallic: 0.5, ..Material::default() });
-        let draw = |light_path| gpu.expose(&scene, &Settings { light_path, ..drawn(8, 2) }, 0.0);
-        let first = draw(LightPath::Loop);
-        for path in [LightPath::Clustered, LightPath::PerLight, LightPath::Volumes] {
-            assert_identical(&first, &draw(path), &path.to_string());
-        }
-        let forward = draw(LightPath::Forward);
-        let mut apart = 0;
-        for (x, y) in places(&first) {
-            let off = (nits(&first, x, y) - nits(&forward, x, y)).abs().max_element();
-            // Edges of shadows lie in texels of maps, which the positions of either path may fall on both sides of.
-            apart += u32::from(off > 2e-3 * nits(&first, x, y).max_element().max(1.0));
-        }
-        assert!(apart <= EDGE * EDGE / 200, "{apart}");
+        let lobes = Material {
+            sheen: Sheen { color: Vec3::new(0.6, 0.3, 0.2), roughness: 0.4 },
+            film: ThinFilm { strength: 1.0, ..ThinFilm::NONE },
+            ..Material::default()
+        };
+        same_on_every_path(gpu, &ball_and_block(lobes));
+        same_on_every_path(gpu, &ball_and_block(Material { roughness: 0.3, metallic: 0.5, ..Material::default() }));
     });
+}
+
+fn same_on_every_path(gpu: &Gpu, scene: &Scene) {
+    let draw = |light_path| gpu.expose(scene, &Settings { light_path, ..drawn(8, 2) }, 0.0);
+    let first = draw(LightPath::Loop);
+    for path in [LightPath::Clustered, LightPath::PerLight, LightPath::Volumes] {
+        assert_identical(&first, &draw(path), &path.to_string());
+    }
+    let forward = draw(LightPath::Forward);
+    let mut apart = 0;
+    for (x, y) in places(&first) {
+        let off = (nits(&first, x, y) - nits(&forward, x, y)).abs().max_element();
+        // Edges of shadows lie in texels of maps, which the positions of either path may fall on both sides of.
+        apart += u32::from(off > 2e-3 * nits(&first, x, y).max_element().max(1.0));
+    }
+    assert!(apart <= EDGE * EDGE / 200, "{apart}");
 }
 
 /// Reflections on the screen take the share of the mirrored sky away that they replace, which must be what was added.

@@ -251,10 +251,12 @@ pub(crate) const FORMS: [SlotForm; 10] = [
         channels: RGB,
         phong: Some(false),
         fold: |material, [red, green, blue, _]| {
-            // The shader decodes a code as that of a normal map.
+            // The shader decodes a code as that of a normal map, and takes the middle one for 0.
             let [x, y] = [red, green].map(|value| (value * 255.0 - 128.0) / 127.0);
+            let [x, y] = [x, y].map(|value| if value.abs() < 0.01 / 127.0 { 0.0 } else { value });
             let Anisotropy { strength, rotation } = &mut material.anisotropy;
-            *strength = scaled(*strength, blue);
+            // A direction of no length leaves none.
+            *strength = if x == 0.0 && y == 0.0 { 0.0 } else { scaled(*strength, blue) };
             *rotation = (f64::from(*rotation) + y.atan2(x)) as f32;
         },
         get: |material| material.anisotropy_texture,

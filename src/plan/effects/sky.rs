@@ -2,6 +2,7 @@
 
 use glam::{DVec3, Vec3};
 
+use crate::plan::checks::out_of_range;
 use crate::plan::effect::{Effect, EffectRequest, Hdr, LightReaders, Variation};
 use crate::plan::parts::{Part, part};
 use crate::plan::{FramePlan, PartGroup, PlanError, Shading, Uploads};
@@ -21,6 +22,9 @@ pub(crate) const EFFECT: Effect = Effect {
     absence: |own| if own.scene.sky.is_none() { "the scene has none" } else { "this view needs none" },
     parts: |_, _, plan| parts(plan).map(|part| part.of(PartGroup::Lights)).into(),
     check: |request| {
+        if let Some(wrong) = out_of_range(request.settings, "sky-") {
+            return EFFECT.refuse(wrong);
+        }
         let Some(sky) = SkyPlan::of(request) else { return Ok(()) };
         EFFECT.check_path(request.path)?;
         let most = request.device.max_extent;
@@ -85,18 +89,23 @@ impl SkyPlan {
     }
 }
 
-/// Frames of a picture from which on the sky has shadows where nobody has said: of fewer frames the edges of single shadows would be seen (docs/SKY.md).
-const FRAMES_WITH_SHADOWS: u32 = 8;
-/// Directions of a frame then.
-const DIRECTIONS: u32 = 8;
+/// Directions of each frame of a picture where nobody has said. Of fewer frames the edges of single shadows would be seen (docs/SKY.md).
+fn usual_directions(frames: u32) -> u32 {
+    match frames {
+        0..8 => 0,
+        8..32 => 16,
+        _ => 8,
+    }
+}
 
 /// The directions of the sky that each frame lights by, with a shadow each; none where the sky lights nothing, or nothing hides any of it.
 pub(crate) fn sky_directions(scene: &Scene, settings: &Settings) -> u32 {
     let frames = super::frames(settings).max(settings.samples);
-    let unsaid = if frames >= FRAMES_WITH_SHADOWS { DIRECTIONS } else { 0 };
-    let is_lit = scene.sky.as_ref().is_some_and(|sky| lights(sky, settings) && sky.image.brightest() > 0.0);
-    let is_hidden = scene.objects.iter().any(|object| object.casts_shadow != CastsShadow::No);
-    if is_lit && is_hidden { settings.sky_shadows.unwrap_or(unsaid) } else { 0 }
+    let wanted = settings.sky_shadows.unwrap_or(usual_directions(frames));
+    let is_hidden = || scene.objects.iter().any(|object| object.casts_shadow != CastsShadow::No);
+    // The longest search comes last.
+    let is_lit = || scene.sky.as_ref().is_some_and(|sky| lights(sky, settings) && sky.image.brightest() > 0.0);
+    if wanted > 0 && settings.shadows.enabled && is_hidden() && is_lit() { wanted } else { 0 }
 }
 
 /// Returns true if a sky lights surfaces.

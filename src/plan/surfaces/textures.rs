@@ -194,12 +194,15 @@ impl TexturePlan {
         let mut sets: BTreeMap<usize, BTreeMap<TextureSlot, Atlas>> = BTreeMap::new();
         let mut holes: BTreeMap<usize, Atlas> = BTreeMap::new();
         let mut mapped = BTreeSet::new();
+        let mut any_lobes = false;
         for object in rules.drawn(scene) {
             let material = rules.material(object);
             if rules.has_geometry() {
                 let own = GeometryKey::own_textures(object, rules);
                 let key = GeometryKey::of(object, rules);
                 let has_lobes = !key.lobes.is_empty();
+                // A shader with lobes reads the rows of their slots, textured or not.
+                any_lobes |= has_lobes;
                 if (has_lobes || key.extras.any()) && !key.textures.is_empty() {
                     mapped.insert(object.material);
                 }
@@ -222,7 +225,6 @@ impl TexturePlan {
         }
         let index: BTreeMap<Atlas, usize> =
             sources.iter().enumerate().map(|(index, &source)| (source, index)).collect();
-        let has_lobes = sets.values().flat_map(BTreeMap::keys).any(|slot| slot.is_of_lobe());
         Self {
             images: sources.into_iter().map(|source| PlannedTexture::of(scene, source, samples)).collect(),
             sets: sets
@@ -233,7 +235,7 @@ impl TexturePlan {
                 .collect(),
             holes: holes.iter().map(|(&material, source)| (material, index[source])).collect(),
             mapped: mapped.into_iter().collect(),
-            mapped_slots: if has_lobes { TextureSlot::ALL.len() } else { TextureSlot::STORED },
+            mapped_slots: if any_lobes { TextureSlot::ALL.len() } else { TextureSlot::STORED },
             sheet: device.max_layers.clamp(1, MOST_LAYERS),
         }
     }

@@ -100,7 +100,7 @@ fn what_does_not_go_together_is_told_in_a_line() {
         &[
             &["render", "builtin:quad", "builtin:cornell"],
             &["render", "builtin:quad", "builtin:cornell", "-o", "-"],
-            &["render", "a/x.obj", "b/x.obj", "-o", "{name}.png"],
+            &["render", "a/x.obj", "a/x.obj", "-o", "{name}.png"],
             &["render", "builtin:quad", "--json", "-", "--junit", "-"],
             &["render", "builtin:quad", "-o", "-", "--json", "-"],
             &["render", "builtin:quad", "--drop", "read-back"],

@@ -399,7 +399,7 @@ settings! {
         }
         /// Shadowed directions of the sky that each frame lights by, drawn as often as the sky is bright there, in place of light that nothing hides; 0 draws no
         /// shadows of the sky
-        "sky-shadows", "sky_shadows" => sky_shadows: u32, where unset "8 from 8 samples on, else 0", {
+        "sky-shadows", "sky_shadows" => sky_shadows: u32, where unset "16 from 8 samples, 8 from 32", {
             title: "sky shadows", values: ValueKind::Whole(0, 32), sweep: SweepMode::Alone,
             tried: &["0", "1", "2", "4", "8", "16", "32"], quick: &["0", "8"], cheaper: &["0"],
         }

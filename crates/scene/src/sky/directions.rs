@@ -1,12 +1,13 @@
 //! Directions drawn from a sky as often as it is bright there, so that lights along them stand for all of it.
 
 use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
 
 use glam::{DVec2, DVec3, Vec3};
 
 use super::{Sky, SkyImage};
 
-/// Width of the image that directions are drawn from: a texel is 1.4 degrees.
+/// Width of the image that directions are drawn from, at most where its sides can be halved: a texel is 1.4 degrees.
 const DRAWN_WIDTH: u32 = 256;
 /// Steps of a sequence of points of which any part in a row covers the unit square evenly (M. Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences",
 /// 2018).
@@ -34,13 +35,14 @@ pub struct SkyDistribution {
 impl SkyDistribution {
     /// Of a sky's light; none where it has none.
     pub fn of(sky: &Sky) -> Option<Self> {
-        let mut image = (*sky.image).clone();
-        while image.size[0] > DRAWN_WIDTH {
-            image = image.halved();
+        let mut image = Arc::clone(&sky.image);
+        // A side of an odd number of texels has no half.
+        while image.size[0] > DRAWN_WIDTH && image.size[1].is_multiple_of(2) {
+            image = Arc::new(image.halved());
         }
         if image.size[0] < DRAWN_WIDTH / 2 {
             // Between large texels light changes gradually.
-            image = SkyImage::of(&image.name, DRAWN_WIDTH, |direction| image.look(direction));
+            image = Arc::new(SkyImage::of(&image.name, DRAWN_WIDTH, |direction| image.look(direction)));
         }
         let width = image.size[0] as usize;
         let weights = image.directions().map(|(_, steradians, value)| steradians * value.element_sum());
@@ -54,15 +56,10 @@ impl SkyDistribution {
             rows.push(rows.last().copied().unwrap_or(0.0) + sum);
         }
         let all = rows.last().copied().unwrap_or(0.0);
-        (all > 0.0 && sky.nits > 0.0).then(|| Self {
-            sky: Sky { image: image.into(), ..sky.clone() },
-            width,
-            rows,
-            texels,
-        })
+        (all > 0.0 && sky.nits > 0.0).then(|| Self { sky: Sky { image, ..sky.clone() }, width, rows, texels })
     }
 
-    /// The lights of frame `index` of a picture: the mean over all frames from 0 on is the sky, however many they are.
+    /// The lights of frame `index` of a picture. The mean over the frames from 0 on comes to the sky.
     pub fn of_frame(&self, index: u32, lights: u32) -> Vec<SkyDirection> {
         let share = 1.0 / f64::from(lights.max(1));
         let number = |light: u32| f64::from(index) * f64::from(lights) + f64::from(light);
@@ -107,7 +104,7 @@ mod tests {
     use super::*;
 
     fn sky(radiance: impl Fn(DVec3) -> DVec3 + Sync) -> Sky {
-        let image = SkyImage::of("it", 64, radiance).into();
+        let image = Arc::new(SkyImage::of("it", 64, radiance));
         Sky { image, rotation_degrees: 30.0, nits: 3.0, lights: true, shown: true, sun: None }
     }
 
@@ -149,7 +146,7 @@ mod tests {
     fn one_bright_texel_among_dark_ones_is_found_by_every_direction() {
         let one = SkyImage::of("it", 64, |to| if to.x > 0.997 { DVec3::new(0.0, 0.0, 1e6) } else { DVec3::ZERO });
         assert!(one.texels.iter().filter(|texel| texel[2] > 0.0).count() <= 4);
-        let sky = Sky { image: one.into(), ..sky(|_| DVec3::ONE) };
+        let sky = Sky { image: Arc::new(one), ..sky(|_| DVec3::ONE) };
         let drawn = SkyDistribution::of(&sky).expect("light").of_frame(0, 32);
         let toward = Sky { rotation_degrees: -30.0, ..sky.clone() }.turned(DVec3::X);
         let sum: Vec3 = drawn.iter().map(|own| own.lux).sum();

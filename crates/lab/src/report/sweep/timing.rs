@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use super::error::SweepError;
 use super::model::{Interval, Timing};
-use afterlight::frame::{Accumulator, Pixels, Renderer, sample_offset};
+use afterlight::frame::{Accumulator, Pixels, Renderer};
 use afterlight::gpu::Device;
 use afterlight::scene::{Camera, Scene, Settings};
 use afterlight_truth::measure::{GroupedMedian, LEAST_FOR_95, WarmUp, cpu_seconds, median_interval, settle};
@@ -142,8 +142,7 @@ impl TimedRenderer {
         let (mut gpu, mut wall) = (Some(0.0), 0.0);
         let mut sum = (self.renderer.plan().samples > 1).then(|| Accumulator::new(self.renderer.plan()));
         for index in 0..count {
-            let camera = self.renderer.behind_lens(&self.camera, index);
-            self.renderer.render_jittered(&camera, sample_offset(index, whole))?;
+            self.renderer.render_sample(&self.camera, index)?;
             let frame = self.renderer.wait()?;
             gpu = gpu.zip(frame.gpu_ms).map(|(sum, ms)| sum + ms);
             wall += frame.wall_ms;
