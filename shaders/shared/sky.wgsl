@@ -77,24 +77,16 @@ struct SkyDirection {
 
 @group(0) @binding(12) var<uniform> sky_directions: array<SkyDirection, SKY_DIRECTIONS>;
 
-// What arrives of the sky's light.
-struct Arrived {
-    // By the cosine: the light that a white lambert surface reflects, in nits.
-    base: vec3<f32>,
-    // The share of a lobe.
-    lobe: f32,
-}
-
-// The share of light collected by the cosine that arrives at the surface which is lit.
-var<private> arrived_share: f32 = 1.0;
-// And that of its lobe.
+// The shares that arrive at the surface which is lit: of light collected by the cosine, channel by channel, and of its lobe's light.
+var<private> arrived_share: vec3<f32> = vec3(1.0);
 var<private> arrived_lobe: f32 = 1.0;
 
-// The base is an estimate without bias, whose mean over frames is the integral. A lobe may be far narrower than the directions lie apart, so that their sum would be
-// dark in one frame and far too bright in another: of it only the share that is hidden is estimated, and the light is that of the prefiltered sky.
-fn arrived(surface: Surface, brdf: u32, texel: Texel) -> Arrived {
+// Finds these shares from the directions of this frame, weighted by the light that each brings. Their sum itself would be an estimate without bias, and vary from frame to
+// frame where nothing is hidden, too; a share is exact there, and errs by a part in the number of directions elsewhere. A lobe may be far narrower than the directions lie
+// apart: its share is that of those near it.
+fn find_shares(surface: Surface, brdf: u32, texel: Texel) {
     var base = vec3(0.0);
-    var sum = 0.0;
+    var sum = vec3(0.0);
     var weights = 0.0;
     var met = 0.0;
     let alpha_squared = max(surface.alpha_squared, WIDEST_OF_NARROW);
@@ -110,7 +102,7 @@ fn arrived(surface: Surface, brdf: u32, texel: Texel) -> Arrived {
             seen = visibility_in(shadow_views[SKY_MAP + i], texel.position, texel.geometric_normal, BOX_TWO);
         }
         base += own.lux * (n_dot_l * seen);
-        sum += n_dot_l * dot(own.lux, vec3(1.0));
+        sum += own.lux * n_dot_l;
         if brdf == COOK_TORRANCE && SKY_LOBE_SHADOWS {
             let smith = n_dot_l * surface.smith_v + surface.n_dot_v * smith_root(n_dot_l, alpha_squared);
             let half = half_vector(own.to_light + surface.view).direction;
@@ -119,9 +111,8 @@ fn arrived(surface: Surface, brdf: u32, texel: Texel) -> Arrived {
             met += weight * seen;
         }
     }
-    arrived_share = select(1.0, dot(base, vec3(1.0)) / sum, sum > 0.0);
+    arrived_share = select(vec3(1.0), base / sum, sum > vec3(0.0));
     arrived_lobe = select(1.0, met / weights, weights > 0.0);
-    return Arrived(base / PI, arrived_lobe);
 }
 #endif
 
@@ -131,14 +122,15 @@ fn sky_light(surface: Surface, brdf: u32, texel: Texel) -> vec3<f32> {
     let diffuse = surface.diffuse * PI;
 #ifdef SHADOW
     if SKY_SHADOWS > 0u {
-        let there = arrived(surface, brdf, texel);
+        find_shares(surface, brdf, texel);
+        let base = even_sky(surface.normal);
         if brdf != COOK_TORRANCE {
-            return diffuse * there.base;
+            return diffuse * base;
         }
         let own = collected(surface, texel.roughness);
-        let around = select(own.base * frame.sky_scale, there.base, SKY_LOBE_SHADOWS);
-        let mirrored = own.single * own.lobe * (there.lobe * frame.sky_scale) + own.again * around;
-        return mirrored + diffuse * (vec3(1.0) - own.single - own.again) * there.base;
+        let around = select(own.base * frame.sky_scale, base, SKY_LOBE_SHADOWS);
+        let mirrored = own.single * own.lobe * (arrived_lobe * frame.sky_scale) + own.again * around;
+        return mirrored + diffuse * (vec3(1.0) - own.single - own.again) * base;
     }
 #endif
     if brdf != COOK_TORRANCE {
@@ -157,7 +149,7 @@ fn mirrored_sky(surface: Surface, perceptual_roughness: f32) -> vec3<f32> {
 // Light of the sky collected by the cosine about a normal, in nits: the light that a white lambert surface reflects. After `sky_light`, which finds the share that
 // arrives.
 fn even_sky(normal: vec3<f32>) -> vec3<f32> {
-    var share = 1.0;
+    var share = vec3(1.0);
 #ifdef SHADOW
     share = arrived_share;
 #endif

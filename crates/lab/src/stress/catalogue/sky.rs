@@ -32,12 +32,12 @@ pub const CASES: &[Case] = &[
         .check(Check::Picture(directions)),
     case("sky/drawn", "a matt ball under a patch so many times as bright as the rest, by 32 directions of the sky")
         .over(SweepValues::Decades(0, 6), "")
-        .claim([1.0, 1e6], Bound { worst: 0.15, mean: 0.02 })
+        .claim([1.0, 1e6], Bound { worst: 0.02, mean: 0.01 })
         .check(Check::Picture(drawn)),
     case("sky/one-texel", "the same where so much of a dark sky is lit as one of so many texels around")
         .over(SweepValues::List(&[2.0, 8.0, 32.0, 128.0, 512.0]), "texels")
-        // The truth adds up the middles of texels, which is no integral over a few large ones.
-        .claim([32.0, 512.0], Bound { worst: 0.03, mean: 0.004 })
+        // The light that the base collects has texels of 5.6 degrees. The truth adds up the middles of texels, which is no integral over a few large ones.
+        .claim([32.0, 512.0], Bound { worst: 0.08, mean: 0.02 })
         .check(Check::Picture(one_texel)),
     case("sky/indoors", "a card that shines with 1 nit in a closed room, in a sky of so many")
         .over(SweepValues::Decades(-2, 6), "nits")
