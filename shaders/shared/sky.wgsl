@@ -61,7 +61,7 @@ fn collected(surface: Surface, perceptual_roughness: f32) -> Collected {
 // The directions that the sky's light arrives from in this frame, each with a shadow map from the first on; 0 where nothing hides any of it.
 override SKY_SHADOWS: u32 = 0u;
 override SKY_MAP: u32 = 0u;
-// Lobes of mirrored light hide with the surface, too; else reflections on the screen say what stands before them.
+// Mirrored light has shadows as well. Off beside screen-space reflections, which replace that light by what their rays hit.
 override SKY_LOBE_SHADOWS: bool = true;
 
 // The least alpha squared by which directions are weighted for a lobe. A narrower lobe has none in it, and takes those nearest to it.

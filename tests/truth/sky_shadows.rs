@@ -93,7 +93,7 @@ fn more_frames_come_to_the_truth() {
     });
 }
 
-/// A ball hides nothing from itself: its lobes have all of the prefiltered sky, and its base the estimate of the integral.
+/// A ball hides nothing from itself, so its base and its lobes have all of the prefiltered sky.
 #[test]
 fn in_the_open_all_of_the_sky_arrives() {
     on_gpu(|gpu| {

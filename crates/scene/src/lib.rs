@@ -169,7 +169,7 @@ pub struct FittedParts {
     pub camera: bool,
     /// [`SettingsPatch::exposure`]: that of the studio, or for what is seen of the model.
     pub exposure: bool,
-    /// True for a bare model, which is exposed for what is seen of it wherever nobody has said an exposure.
+    /// True for a bare model. Its exposure, unless one is given, is metered from what the camera sees of it.
     pub is_bare: bool,
     /// All of its light, which a sky can take the place of.
     pub light: bool,

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-/// Fibres that stand on a surface, as on velvet (KHR_materials_sheen): a lobe of its own over base and highlight. Cook-Torrance materials alone have it.
+/// Sheen of fibres such as velvet (KHR_materials_sheen): a lobe over the base and the highlight. Only Cook-Torrance materials have one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sheen {
     /// Share of the light that the fibres scatter, 0 to 1; black is no sheen.
@@ -31,7 +31,7 @@ pub struct ThinFilm {
     pub strength: f32,
     /// Index of refraction, 1 and up.
     pub ior: f32,
-    /// Least and most thickness in nanometres, 0 and up: those of black and of white in the texture. Without a texture the film has the latter.
+    /// Minimum and maximum thickness in nanometres, at least 0: a black texel has the first, a white one the second. An untextured film has the maximum.
     pub nanometres: [f32; 2],
 }
 
@@ -39,7 +39,7 @@ impl ThinFilm {
     /// A surface without a film.
     pub const NONE: Self = Self { strength: 0.0, ior: 1.3, nanometres: [100.0, 400.0] };
 
-    /// Returns true if it changes what the surface reflects.
+    /// Returns true if the film changes the reflection.
     pub fn is_seen(&self) -> bool {
         self.strength > 0.0 && self.nanometres != [0.0; 2]
     }

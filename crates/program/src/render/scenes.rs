@@ -175,7 +175,7 @@ mod tests {
         assert_eq!(names(&["a/box.obj", "a/box.glb", "b/ball.obj"]), ["box-obj", "box-glb", "ball"]);
         assert_eq!(names(&["a/box.obj", "b/box.obj"]), ["a-box", "b-box"]);
         assert_eq!(names(&["a/b/box.obj", "c/b/box.obj"]), ["a-b-box-obj", "c-b-box-obj"]);
-        // The same twice has one picture, which is refused.
+        // A scene that is given twice keeps one name, and `check_sinks` refuses that.
         assert_eq!(names(&["a/box.obj", "a/box.obj"]), ["box", "box"]);
     }
 

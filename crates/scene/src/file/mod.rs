@@ -186,7 +186,7 @@ fn base(root: &Table, folder: &Path, options: &OpenOptions) -> Result<Scene, Err
         scene.lights.clear();
         scene.motion.forget_lights();
     }
-    // Before anything stands behind it in the lists of the scene.
+    // The fitted ground must still be the last object, mesh and material, so that it can be taken away.
     if brings_light(root) {
         drop_fitted_light(&mut scene);
     }
@@ -196,7 +196,7 @@ fn base(root: &Table, folder: &Path, options: &OpenOptions) -> Result<Scene, Err
     Ok(scene)
 }
 
-/// Returns true if a file says any light of its own.
+/// Returns true if a scene file has lights, an environment or a sky.
 fn brings_light(root: &Table) -> bool {
     ["lights", "scattered_lights", "environment", "sky"].iter().any(|key| root.get(key).is_some())
 }

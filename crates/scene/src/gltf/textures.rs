@@ -417,7 +417,7 @@ fn two(
     Some((own, other))
 }
 
-/// The texels of the one, changed by those of the other; white where there is none. `None` without either.
+/// Combines the texels of two textures; a missing texture counts as white. Returns `None` if both are missing.
 fn merged(
     own: Option<RgbaImage>,
     other: Option<RgbaImage>,

@@ -18,7 +18,7 @@ const STEPS: DVec2 = DVec2::new(0.754_877_666_246_692_8, 0.569_840_290_998_053_3
 pub struct SkyDirection {
     /// Towards the light, of length 1.
     pub to_light: DVec3,
-    /// Illuminance of a surface that faces it, in lux: the sky's radiance over the density of directions.
+    /// Illuminance of a surface that faces it, in lux: the sky's radiance divided by the density of directions.
     pub lux: Vec3,
 }
 

@@ -99,7 +99,7 @@ fn directions(count: f64) -> Subject {
     ball(white(0.5), patch(100.0), settings)
 }
 
-/// Lights by as many directions of the sky as there can be, each with its shadow, in one frame: several would look past the edges that the truth sees.
+/// Lights one frame by the maximum number of shadowed directions. Several jittered frames would see other edges than the truth, which has one ray a pixel.
 fn with_shadows() -> SettingsPatch {
     SettingsPatch { sky_shadows: Some(32), ..SettingsPatch::default() }
 }
@@ -121,7 +121,7 @@ fn one_texel(width: f64) -> Subject {
 fn indoors(nits: f64) -> Subject {
     let mut stage = SceneBuilder::default();
     let wall = stage.material(matt());
-    // Walls of a brick's thickness: what has none hides nothing from light along it.
+    // Walls are 20 cm thick. A wall without thickness would let light along its plane through.
     for axis in DVec3::AXES {
         for side in [-1.0, 1.0] {
             let size = DVec3::splat(4.2) - axis * 4.0;

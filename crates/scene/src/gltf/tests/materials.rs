@@ -373,7 +373,7 @@ fn a_thin_film_is_read_with_its_thickness() {
     assert_eq!((textures.len(), texture.color_space), (1, ColorSpace::Linear));
     // Red of the one and green of the other.
     assert_eq!(texture.rgba8(0)[..2], [255, 128]);
-    // Without a texture of the thickness the film is as thick as it may be.
+    // A film without a thickness texture has its greatest thickness.
     let plain = film(json!({"iridescenceFactor": 1, "iridescenceTexture": {"index": 1}}));
     assert_eq!(plain.materials[0].film, ThinFilm { strength: 1.0, ior: 1.3, nanometres: [400.0; 2] });
     assert_eq!(film(json!({"iridescenceThicknessMaximum": 600})).materials[0].film, ThinFilm::NONE);

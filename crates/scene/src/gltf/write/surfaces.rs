@@ -94,7 +94,7 @@ fn normal_form(material: &mut Material) {
     if material.unlit || !material.film.is_seen() {
         (material.film, material.film_texture) = (ThinFilm::NONE, None);
     }
-    // Without a texture the film has its most thickness.
+    // An untextured film has its greatest thickness.
     if material.film_texture.is_none() && material.film.is_seen() {
         material.film.nanometres[0] = material.film.nanometres[1];
     }
