@@ -14,6 +14,9 @@
 #import afterlight::encodings::{encode_shininess}
 #import afterlight::brdf::{coat_share, usual_dielectric, Dielectric, Surface, MIN_ROUGHNESS}
 #import afterlight::instance::{Rows, world_normal, world_position, world_tangent}
+#ifdef LOBES
+#import afterlight::instance::{scale_of}
+#endif
 #import afterlight::material::{plain_point, push}
 #import afterlight::vectors::{unit_or}
 #ifdef TEXTURED
@@ -36,6 +39,7 @@
 #endif
 #ifdef LOBES
 #import afterlight::lobes::{take_below, take_grooves, take_lobes, GROOVES}
+#import afterlight::refraction::{glass_of, light_straight_behind, light_through_glass, REFRACTS}
 #endif
 #import afterlight::fogged::{seen_through_air}
 #import afterlight::texel::{Texel}
@@ -158,6 +162,10 @@ struct Varying {
     // The look of the instance (`packed_look`).
     @location(10) @interpolate(flat) look: vec2<u32>,
 #endif
+#ifdef LOBES
+    // Metres per unit of the mesh.
+    @location(11) @interpolate(flat) scale: f32,
+#endif
 }
 
 @vertex
@@ -188,6 +196,9 @@ fn vertex(in: Vertex) -> Varying {
 #ifdef EXTRAS
     out.color = select(vec4(1.0), in.color, COLORED);
     out.look = packed_look(in.look);
+#endif
+#ifdef LOBES
+    out.scale = scale_of(rows);
 #endif
     return out;
 }
@@ -240,6 +251,21 @@ fn all_light(pixel: vec4<f32>, surface: Surface, texel: Texel, model: Model) -> 
 #endif
     return radiance;
 }
+
+#ifdef LOBES
+// Glass over the picture: its own light, and the light that passes through it. Other layers lie between it and the picture that it shows: of what they have changed about it, it lets as
+// much pass as it lets of the picture straight behind, and no more than it shows itself, so that no light is negative.
+fn over_backdrop(own: vec4<f32>, thickness: f32, alpha: f32, surface: Surface, texel: Texel, in: Varying) -> vec4<f32> {
+    let glass = glass_of(push.lobes, thickness, in.scale, push.round, texel.roughness, in.position.z);
+    let tint = texel.albedo * ((1.0 - texel.metallic) * (1.0 - alpha));
+    let passed = min(light_through_glass(surface, glass, in.world) * tint, vec3(LARGEST));
+    let all = own.rgb + passed;
+    let straight = light_straight_behind(in.position.xy);
+    let shares = min(tint, all / max(straight, vec3(1e-30)));
+    let kept = saturate(min(shares.r, min(shares.g, shares.b)));
+    return vec4(min(all - straight * kept, vec3(LARGEST * (1.0 - kept) + HIGHLIGHT)), 1.0 - kept);
+}
+#endif
 
 // Colour and alpha, with the colour times its share of the picture.
 fn shade(in: Varying, front: bool) -> vec4<f32> {
@@ -331,6 +357,12 @@ fn shade(in: Varying, front: bool) -> vec4<f32> {
     let light = min(all_light(in.position, surface, texel, model) * frame.exposure, vec3(LARGEST)) + min(emissive, vec3(LARGEST));
     let share = select(1.0, alpha, OPACITY == BLEND);
     let own = vec4(min(light * share, vec3(LARGEST * alpha + HIGHLIGHT)), alpha);
+#ifdef LOBES
+    if REFRACTS {
+        // The picture behind is fogged already.
+        return over_backdrop(seen_through_air(in.world, own, LARGEST), point.film.b, alpha, surface, texel, in);
+    }
+#endif
     return seen_through_air(in.world, own, LARGEST);
 }
 

@@ -3,6 +3,7 @@
 
 pub(crate) mod active_lights;
 mod air;
+mod bodies;
 pub(crate) mod clusters;
 #[cfg(test)]
 mod corrupted;

@@ -20,6 +20,11 @@ fn linear(rows: Rows) -> mat3x3<f32> {
     return scaled_rows(rows.x.xyz, rows.y.xyz, rows.z.xyz);
 }
 
+// Metres per unit of the mesh: the cube root of how much larger a body is in the world.
+fn scale_of(rows: Rows) -> f32 {
+    return pow(abs(determinant(mat3x3(rows.x.xyz, rows.y.xyz, rows.z.xyz))), 1.0 / 3.0);
+}
+
 // Not of unit length.
 fn world_normal(rows: Rows, normal: vec3<f32>) -> vec3<f32> {
     return turned_normal(linear(rows), normal);

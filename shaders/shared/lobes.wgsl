@@ -28,6 +28,12 @@ struct LobeRow {
     film: vec4<f32>,
     // Of the grooves: strength, and cosine and sine of the angle from the tangent to the direction of greater roughness.
     grooves: vec4<f32>,
+    // Of glass: index of refraction, thickness in units of the mesh, and how far the indices of red and blue lie beside it.
+    glass: vec4<f32>,
+    // In 1/m.
+    absorption: vec4<f32>,
+    // Light behind all that is seen through glass, as stored.
+    background: vec4<f32>,
 }
 
 struct LobeData {

@@ -24,6 +24,8 @@ struct Push {
     first_uv_map: u32,
     // That of its row of lobes.wgsl, where it has one.
     lobes: u32,
+    // Glass, from a pane to a ball.
+    round: f32,
 }
 
 var<immediate> push: Push;

@@ -13,7 +13,7 @@ use crate::gpu_scene::{
     CullingBuffers, GpuScene, Instances, PoseBuffer, ShadowAtlas, SortedIndices, UploadSource, ViewBuffers,
     VisibilityLookup, view_set_layout,
 };
-use crate::passes::{air, prefilter};
+use crate::passes::{air, backdrop, prefilter};
 use crate::plan::FramePlan;
 use crate::scene::{Settings, exposure_scale, metered_ev100};
 use crate::visible::{ShadowCache, World};
@@ -103,7 +103,8 @@ impl RendererBuilder {
         })?;
         // The begin of a frame, the end of each of its passes, and of those over the picture.
         let times = StepList::of(&plan).passes().count() as u32 + 2;
-        let of_world = (&world, scene.sky.as_ref(), frame.buffer(air::LIGHT));
+        let named = [air::LIGHT, backdrop::LEVELS].map(|resource| frame.buffer(resource));
+        let of_world = (&world, scene.sky.as_ref(), named);
         let in_flight = |index| {
             Ok(InFlight {
                 cmd: CommandBuffer::new(&device, &format!("frame {index}"))?,

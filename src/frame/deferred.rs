@@ -6,9 +6,9 @@
 
 use super::list::OrderEntry::{self, Draw, DrawApart, Run, RunPosed, SplitIf};
 use crate::passes::{
-    aberration, ambient, ao, ao_denoise, arrange, bloom, composite, cull, depth, fill, fog, forward, fxaa, geometry,
-    hiz, integrate, lighting, lobes, occluders, particles, per_light, pyramid, reflect, reflect_resolve, scatter,
-    shadow, sharpen, simulate, skin, sky, sort, taa, tiled, tone, tonemap, transparent, velocity, view,
+    aberration, ambient, ao, ao_denoise, arrange, backdrop, bloom, composite, cull, depth, fill, fog, forward, fxaa,
+    geometry, hiz, integrate, lighting, lobes, occluders, particles, per_light, pyramid, reflect, reflect_resolve,
+    scatter, shadow, sharpen, simulate, skin, sky, sort, taa, tiled, tone, tonemap, transparent, velocity, view,
 };
 use crate::scene::OptionalPart;
 
@@ -43,6 +43,7 @@ pub(super) const ORDER: &[OrderEntry] = &[
     Run(&reflect_resolve::PASS),                 // what they found, added to the light
     // Layers over lit surfaces.
     Draw(&fog::PASS, &[&fog::PASS]),             // air that absorbs and scatters, behind all that is transparent
+    Run(&backdrop::PASS),                        // the picture that glass shows behind it
     Draw(&transparent::PASS, &[&transparent::PASS, &particles::PASS]), // surfaces that let light through, then particles
     Draw(&composite::PASS, &[&composite::PASS]), // their sums over the light, where they are not sorted
     Draw(&velocity::PASS, &[&velocity::PASS]),   // motion of surfaces that move by themselves, for TAA

@@ -6,13 +6,28 @@ use std::sync::OnceLock;
 use glam::Vec4;
 use rayon::prelude::*;
 
+use crate::gpu::{Buffer, SetWriter};
 use crate::plan::FramePlan;
 use crate::scene::{MIN_SHEEN_ROUGHNESS, Material};
 use crate::shaders::shared::lobes as wgsl;
 use crate::visible::World;
 
 /// The binding in set 0.
-pub(super) const LOBES: u32 = 11;
+const LOBES: u32 = 11;
+/// The picture behind glass (`shaders/shared/refraction.wgsl`).
+const BACKDROP: u32 = 13;
+
+/// The bindings of set 0.
+pub(super) fn bindings(plan: &FramePlan) -> impl Iterator<Item = u32> {
+    plan.effects.lobes.iter().flat_map(|_| [LOBES, BACKDROP])
+}
+
+/// Names both buffers. Without glass the rows take the place of the picture behind it, which nobody reads there.
+pub(super) fn write(rows: &Buffer, backdrop: Option<&Buffer>, writer: SetWriter) -> SetWriter {
+    let backdrop = backdrop.unwrap_or(rows);
+    writer.storage_buffer(LOBES, rows, rows.size).storage_buffer(BACKDROP, backdrop, backdrop.size)
+}
+
 /// The place of the first row in the buffer.
 pub(super) const ROWS_AT: u64 = 4 * wgsl::SHEEN_SHARES as u64;
 
@@ -24,19 +39,23 @@ const _: () = {
 };
 
 /// `LobeRow` of the shader.
-type LobeRow = [Vec4; 3];
+type LobeRow = [Vec4; 6];
 
 /// The rows of a frame's materials, in the plan's order.
 pub(super) fn rows(world: &World, plan: &FramePlan) -> Vec<LobeRow> {
     let materials = plan.effects.lobes.iter().flat_map(|own| &own.materials);
     let row = |&material: &usize| {
-        let Material { sheen, film, anisotropy, .. } = &world.materials[material];
+        let Material { sheen, film, anisotropy, refraction, .. } = &world.materials[material];
+        let glass = refraction.unwrap_or_default();
         let [least, most] = film.nanometres;
         let (sin, cos) = f64::from(anisotropy.rotation).sin_cos();
         [
             sheen.color.extend(sheen.roughness),
             Vec4::new(film.strength, film.ior, least, most),
             Vec4::new(anisotropy.strength, cos as f32, sin as f32, 0.0),
+            Vec4::new(glass.ior, glass.thickness, glass.iors()[2] - glass.ior, 0.0),
+            glass.absorption().extend(0.0),
+            (world.environment.background * world.exposure).min(glam::Vec3::splat(plan.largest_light())).extend(0.0),
         ]
     };
     materials.map(row).collect()

@@ -28,9 +28,7 @@ pub fn set_layout(device: &Arc<Device>, plan: &FramePlan) -> gpu::Result<Owned<v
     if !plan.textures.mapped.is_empty() {
         bindings.push(binding(UV_MAPS, vk::DescriptorType::STORAGE_BUFFER, vk::ShaderStageFlags::VERTEX));
     }
-    bindings.extend(
-        plan.effects.lobes.is_some().then(|| binding(lobes::LOBES, vk::DescriptorType::STORAGE_BUFFER, everywhere)),
-    );
+    bindings.extend(lobes::bindings(plan).map(|index| binding(index, vk::DescriptorType::STORAGE_BUFFER, everywhere)));
     bindings.extend(air::bindings(plan));
     bindings.extend(super::sky::bindings(plan));
     let is_storage = |own: &&vk::DescriptorSetLayoutBinding<'_>| {
@@ -82,7 +80,7 @@ impl ViewBuffers {
         index: usize,
         layout: vk::DescriptorSetLayout,
         plan: &FramePlan,
-        (world, sky, light_in_air): (&World, Option<&SkyMaps>, Option<&Buffer>),
+        (world, sky, [light_in_air, backdrop]): (&World, Option<&SkyMaps>, [Option<&Buffer>; 2]),
     ) -> gpu::Result<Self> {
         let buffer = |name: &str, size: usize, usage| {
             let name = format!("{name} of frame {index}");
@@ -121,7 +119,7 @@ impl ViewBuffers {
         };
         let kinds = [
             (vk::DescriptorType::UNIFORM_BUFFER, 3),
-            (vk::DescriptorType::STORAGE_BUFFER, 6 + u32::from(air::bindings(plan).is_some())),
+            (vk::DescriptorType::STORAGE_BUFFER, 7 + u32::from(air::bindings(plan).is_some())),
             (vk::DescriptorType::SAMPLED_IMAGE, if sky.is_some() { 4 } else { 0 }),
             (vk::DescriptorType::SAMPLER, u32::from(sky.is_some())),
         ];
@@ -141,7 +139,7 @@ impl ViewBuffers {
             writer = writer.storage_buffer(UV_MAPS, uv_maps, uv_maps.size);
         }
         if let Some(lobes) = &lobes {
-            writer = writer.storage_buffer(lobes::LOBES, lobes, lobes.size);
+            writer = lobes::write(lobes, backdrop, writer);
         }
         writer = air::write(plan, light_in_air, lights.as_ref(), writer);
         if let (Some(sky), Some(planned)) = (sky, &plan.effects.sky) {
@@ -206,6 +204,14 @@ impl ViewBuffers {
                 let data = |reach: &Reach| reach.center.as_vec3().extend(reach.radius as f32);
                 self.write_list(VOLUMES, &spheres.iter().map(data).collect::<Vec<_>>())
             }
+        }
+    }
+
+    /// Names another picture behind glass, as of another size. The frame that used the set before must be done.
+    #[cfg(feature = "present")]
+    pub fn rebind(&self, device: &Device, backdrop: Option<&Buffer>) {
+        if let Some(lobes) = &self.lobes {
+            lobes::write(lobes, backdrop, SetWriter::new()).update(device, self.set);
         }
     }
 

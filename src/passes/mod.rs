@@ -53,6 +53,7 @@ pub mod ambient;
 pub mod ao;
 pub mod ao_denoise;
 pub mod arrange;
+pub mod backdrop;
 pub mod bloom;
 pub mod composite;
 pub mod copy;

@@ -42,7 +42,8 @@ pub struct SurfacePush {
     normal_scale: f32,
     first_uv_map: u32,
     lobes: u32,
-    _padding: [u32; 2],
+    round: f32,
+    _padding: u32,
 }
 
 const _: () = {
@@ -62,7 +63,7 @@ const _: () = {
     assert!(offset_of!(SurfacePush, ambient) == wgsl::AMBIENT);
     assert!(offset_of!(SurfacePush, normal_scale) == wgsl::NORMAL_SCALE);
     assert!(offset_of!(SurfacePush, first_uv_map) == wgsl::FIRST_UV_MAP);
-    assert!(offset_of!(SurfacePush, lobes) == wgsl::LOBES);
+    assert!(offset_of!(SurfacePush, lobes) == wgsl::LOBES && offset_of!(SurfacePush, round) == wgsl::ROUND);
 };
 
 /// The pipeline and the material that are bound.
@@ -209,7 +210,8 @@ impl SurfacePipelines {
             *bound = BoundState { key: Some(key), material: None };
         }
         let material = object.material_set();
-        if bound.material != Some(material) {
+        // How round a body of glass is differs from object to object.
+        if bound.material != Some(material) || key.lobes.contains(LobeMask::GLASS) {
             let set = recording.scene.materials.as_ref().and_then(|materials| materials.set(material));
             if let Some(set) = set.filter(|_| !key.textures.is_empty()) {
                 recording.bind_set(layout, 1, set);
@@ -248,7 +250,8 @@ impl SurfacePipelines {
             normal_scale: material.normal_scale,
             first_uv_map: recording.textures.first_uv_map(object.material).unwrap_or(0),
             lobes: self.lobes.as_ref().and_then(|lobes| lobes.row(object.material)).unwrap_or(0),
-            _padding: [0; 2],
+            round: object.round,
+            _padding: 0,
         }
     }
 }
@@ -417,6 +420,8 @@ fn lit_constants(plan: &FramePlan, key: GeometryKey, desc: &LitDesc) -> Vec<(u32
         (constants::GROOVES, u32::from(key.lobes.contains(LobeMask::GROOVES))),
         (constants::FILM, u32::from(key.lobes.contains(LobeMask::FILM))),
         (constants::SHEEN, u32::from(key.lobes.contains(LobeMask::SHEEN))),
+        (constants::REFRACTS, u32::from(key.lobes.contains(LobeMask::GLASS))),
+        (constants::SEES_SKY, u32::from(plan.effects.sky.as_ref().is_some_and(|sky| sky.shown))),
         (constants::TEXTBOOK, u32::from(plan.textbook)),
         (constants::METAL, u32::from(plan.metal)),
         (constants::ORTHOGRAPHIC, u32::from(plan.orthographic)),

@@ -9,6 +9,7 @@ mod fxaa;
 mod lobes;
 mod particles;
 mod reflections;
+mod refraction;
 mod sky;
 mod taa;
 
@@ -23,6 +24,7 @@ pub mod types {
     pub use super::lobes::LobesPlan;
     pub use super::particles::{PARTICLES, ParticlePlan, SORT_BLOCK, sort_places};
     pub use super::reflections::{HIZ, Hiz, RAYS, ReflectionPlan};
+    pub use super::refraction::{BACKDROP, RefractionPlan};
     pub use super::sky::SkyPlan;
     pub use super::taa::{TAA_MEAN, TaaPlan, VECTORS, Vectors};
 }
@@ -37,13 +39,14 @@ use super::{
     is_forward,
 };
 use crate::scene::{LightPath, Scene, Settings, View};
-use types::{AoPlan, BloomPlan, FogPlan, LobesPlan, ParticlePlan, ReflectionPlan, SkyPlan, TaaPlan};
+use types::{AoPlan, BloomPlan, FogPlan, LobesPlan, ParticlePlan, ReflectionPlan, RefractionPlan, SkyPlan, TaaPlan};
 
 /// Every effect, in the order in which `inspect` lists them. Settings that work on the finished picture say so in their own table (`on_picture`).
 pub const EFFECTS: &[&Effect] = &[
     &particles::EFFECT,
     &sky::EFFECT,
     &lobes::EFFECT,
+    &refraction::EFFECT,
     &fog::EFFECT,
     &bloom::EFFECT,
     &fxaa::EFFECT,
@@ -65,6 +68,8 @@ pub struct EffectPlans {
     pub sky: Option<SkyPlan>,
     /// The materials with lobes beside base and highlight, where they are drawn.
     pub lobes: Option<LobesPlan>,
+    /// Glass shows the picture behind it, where it bends or blurs light.
+    pub refraction: Option<RefractionPlan>,
     /// The way in which ambient occlusion is found, where it is.
     pub ao: Option<AoPlan>,
     /// The reflections of the picture in surfaces, where there are some.
@@ -89,6 +94,7 @@ impl EffectPlans {
         Self {
             sky: SkyPlan::of(request),
             lobes: LobesPlan::of(request, rules),
+            refraction: RefractionPlan::of(request, rules),
             ao: AoPlan::of(request),
             reflections: ReflectionPlan::of(request),
             particles: ParticlePlan::of(request),

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DVec2, DVec3, Vec2, Vec3};
 
+use super::bodies::roundness;
 use super::instances::InstanceList;
 use super::looks::PlannedLook;
 use super::occlusion::Occluders;
@@ -149,6 +150,8 @@ pub struct WorldObject {
     pub triangles: usize,
     pub transparent: bool,
     pub look: PlannedLook,
+    /// How round it is, where it is a body of glass.
+    pub round: f32,
 }
 
 impl World {
@@ -383,6 +386,7 @@ impl WorldObject {
             cuts: rules.cuts(object),
             triangles: mesh.indices.len() / 3,
             look: PlannedLook::of(object.shown_look(), rules.material(object), &plan.textures),
+            round: rules.material(object).refraction.map_or(0.0, |own| roundness(mesh, own.thickness)),
         }
     }
 }

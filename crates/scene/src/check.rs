@@ -186,6 +186,7 @@ impl Material {
         let textures = scene.textures.len();
         let cutoff = if let AlphaMode::Mask { cutoff } = self.alpha_mode { cutoff } else { 0.0 };
         let number = |name, value, range| (name, Vec3::splat(value), range);
+        let glass = self.refraction.unwrap_or_default();
         let values = [
             ("base_color", self.base_color, SHARE),
             ("specular", self.specular, SHARE),
@@ -199,6 +200,12 @@ impl Material {
             number("film_thickness", self.film.nanometres[1], POSITIVE),
             number("anisotropy", self.anisotropy.strength, SHARE),
             number("anisotropy_rotation", self.anisotropy.rotation, FINITE),
+            number("thickness", glass.thickness, POSITIVE),
+            number("refraction's ior", glass.ior, 1.0..=f32::MAX),
+            ("attenuation_color", glass.color, SHARE),
+            // Infinite where nothing is absorbed.
+            number("attenuation_distance", glass.distance.min(f32::MAX), f32::MIN_POSITIVE..=f32::MAX),
+            number("dispersion", glass.dispersion, POSITIVE),
             ("emissive", self.emissive, POSITIVE),
             number("alpha", self.alpha, SHARE),
             number("alpha_cutoff", cutoff, SHARE),

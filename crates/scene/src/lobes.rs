@@ -76,6 +76,52 @@ impl Default for Anisotropy {
     }
 }
 
+/// The way of light through glass (KHR_materials_transmission, KHR_materials_volume, KHR_materials_dispersion). Only materials of
+/// [`AlphaMode::Glass`](crate::AlphaMode::Glass) and Cook-Torrance have one: their transmission is 1 - alpha, tinted by the base colour once and blurred by the roughness. Glass
+/// without it fades what lies behind it, and nothing else.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Refraction {
+    /// Index of refraction, 1 and up.
+    pub ior: f32,
+    /// Of the body below the surface, in units of the mesh, at least 0. 0 is a thin wall, which bends no light.
+    pub thickness: f32,
+    /// Colour of white light after `distance` within the body, 0 to 1.
+    pub color: Vec3,
+    /// Metres, above 0; infinite where the body absorbs nothing.
+    pub distance: f32,
+    /// 20 over the Abbe number, at least 0; 0 bends all colours alike.
+    pub dispersion: f32,
+}
+
+/// The largest dispersion: indices of refraction of red and blue stay at least 1.
+pub const MOST_DISPERSION: f32 = 40.0;
+
+impl Refraction {
+    /// A thin wall of common glass.
+    pub const THIN: Self =
+        Self { ior: 1.5, thickness: 0.0, color: Vec3::ONE, distance: f32::INFINITY, dispersion: 0.0 };
+
+    /// The indices of refraction of red, green and blue (KHR_materials_dispersion).
+    pub fn iors(&self) -> [f32; 3] {
+        let half = (self.ior - 1.0) * 0.025 * self.dispersion;
+        [(self.ior - half).max(1.0), self.ior, self.ior + half]
+    }
+
+    /// How much of each colour a metre within the body absorbs, in 1/m: at most 1e6, where nothing is left after a hundredth of a millimetre. Nothing is absorbed in a thin wall.
+    pub fn absorption(&self) -> Vec3 {
+        if self.thickness <= 0.0 {
+            return Vec3::ZERO;
+        }
+        self.color.map(|channel| (-channel.max(1e-30).ln() / self.distance.max(1e-30)).clamp(0.0, 1e6))
+    }
+}
+
+impl Default for Refraction {
+    fn default() -> Self {
+        Self::THIN
+    }
+}
+
 impl Default for Sheen {
     fn default() -> Self {
         Self::NONE

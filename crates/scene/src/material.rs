@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3, Vec3};
 
 use super::settings::choice;
-use super::{Anisotropy, ColorSpace, OptionalPart, Sheen, ThinFilm};
+use super::{Anisotropy, ColorSpace, OptionalPart, Refraction, Sheen, ThinFilm};
 
 choice! {
     /// A reflection model (docs/FORMULAS.md has the formulas; `shaders/shared/brdf.wgsl` is the code).
@@ -62,7 +62,7 @@ pub enum TextureSlot {
     Shininess,
     /// The colour of a sheen: sRGB colour. Linear alpha is a share of its roughness.
     Sheen,
-    /// Of a thin film: its strength in red, and in green its place between the least and the most thickness. Linear.
+    /// Of a thin film: its strength in red, and in green its place between the least and the most thickness. Of glass: in blue a share of its thickness. Linear.
     Film,
     /// Of an anisotropy: its direction in red and green, where 128 is 0 as in a normal map, and its strength in blue. Linear.
     Anisotropy,
@@ -232,9 +232,12 @@ pub(crate) const FORMS: [SlotForm; 10] = [
         name: "thin film textures",
         part: OptionalPart::FilmTextures,
         color_space: ColorSpace::Linear,
-        channels: [true, true, false, false],
+        channels: [true, true, true, false],
         phong: Some(false),
         fold: |material, color| {
+            if let Some(own) = &mut material.refraction {
+                own.thickness = scaled(own.thickness, color[2]);
+            }
             let ThinFilm { strength, nanometres: [least, most], .. } = &mut material.film;
             *strength = scaled(*strength, color[0]);
             let own = f64::from(*least) + (f64::from(*most) - f64::from(*least)) * color[1];
@@ -348,6 +351,8 @@ pub struct Material {
     pub film: ThinFilm,
     /// The stretching of its highlight; of strength 0 where it has none.
     pub anisotropy: Anisotropy,
+    /// The way of light through it, where it is of glass that bends, blurs or tints light.
+    pub refraction: Option<Refraction>,
     /// True if it emits its base colour, in nits, in any light, and reflects nothing (KHR_materials_unlit).
     pub unlit: bool,
     /// Rows and columns of cells that each of its textures is made of, 1 to 256 each: all texture coordinates, from 0 to 1 and beyond, lie
@@ -371,7 +376,7 @@ pub struct Material {
     pub shininess_texture: Option<usize>,
     /// Multiplies the colour of `sheen`, and its roughness by alpha.
     pub sheen_texture: Option<usize>,
-    /// Multiplies the strength of `film`, and chooses its thickness.
+    /// Multiplies the strength of `film`, chooses its thickness, and multiplies the thickness of `refraction`.
     pub film_texture: Option<usize>,
     /// Turns the direction of `anisotropy`, and multiplies its strength.
     pub anisotropy_texture: Option<usize>,
@@ -398,6 +403,7 @@ impl Default for Material {
             sheen: Sheen::NONE,
             film: ThinFilm::NONE,
             anisotropy: Anisotropy::NONE,
+            refraction: None,
             unlit: false,
             atlas: [1, 1],
             uv_maps: [UvMap::IDENTITY; TextureSlot::ALL.len()],
@@ -455,8 +461,14 @@ impl Material {
 
     /// Returns true if it has a lobe beside its base and its highlight where it is drawn with this model.
     pub fn has_lobes(&self, model: Brdf) -> bool {
-        let is_seen = self.sheen.is_seen() || self.film.is_seen() || self.anisotropy.is_seen();
+        let is_seen =
+            self.sheen.is_seen() || self.film.is_seen() || self.anisotropy.is_seen() || self.refracts(model).is_some();
         model == Brdf::CookTorrance && self.alpha_mode != AlphaMode::Coat && is_seen
+    }
+
+    /// The way of light through it, where it is drawn as glass with this model.
+    pub fn refracts(&self, model: Brdf) -> Option<Refraction> {
+        self.refraction.filter(|_| self.alpha_mode == AlphaMode::Glass && model == Brdf::CookTorrance)
     }
 
     /// Returns true if it looks at the tangents of meshes.

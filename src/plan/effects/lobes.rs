@@ -22,7 +22,8 @@ pub(crate) const EFFECT: Effect = Effect {
     not_by_compute: Some("they cannot draw lobes of materials"),
     is_in: |plans| plans.lobes.is_some(),
     needs_light_buffer: LightReaders::AsDrawn,
-    frame_buffers: |plan| u32::from(plan.effects.lobes.is_some()),
+    // Rows, and the picture behind glass, which the same shaders name.
+    frame_buffers: |plan| 2 * u32::from(plan.effects.lobes.is_some()),
     absence: |own| if has_some(own.scene, own.planned) { "this view needs none" } else { "no material has one" },
     check: |request| match lobes_are_drawn(request.shading, request.settings.textbook) {
         true if has_some(request.scene, request.settings) => EFFECT.check_path(request.path),
@@ -88,9 +89,9 @@ impl LobesPlan {
         (!materials.is_empty()).then(|| Self { materials: materials.into_iter().collect() })
     }
 
-    /// Bytes of the buffer of one frame: the table of shares, and twelve floats a material.
+    /// Bytes of the buffer of one frame: the table of shares, and 24 floats a material.
     pub fn bytes(&self) -> u64 {
-        4 * u64::from(SHEEN_SHARES) + 48 * self.materials.len() as u64
+        4 * u64::from(SHEEN_SHARES) + 96 * self.materials.len() as u64
     }
 
     /// The row of a material.

@@ -17,6 +17,8 @@ impl LobeMask {
     pub const FILM: Self = Self(2);
     /// [`Material::anisotropy`].
     pub const GROOVES: Self = Self(4);
+    /// [`Material::refraction`].
+    pub const GLASS: Self = Self(8);
 
     /// Returns true if it has all lobes of the other one.
     pub fn contains(self, other: Self) -> bool {
@@ -33,6 +35,7 @@ impl LobeMask {
             (material.sheen.is_seen(), Self::SHEEN),
             (material.film.is_seen(), Self::FILM),
             (material.anisotropy.is_seen(), Self::GROOVES),
+            (material.refracts(model).is_some(), Self::GLASS),
         ];
         let own = own.into_iter().filter(|(seen, _)| *seen && material.has_lobes(model));
         own.fold(Self::NONE, |all, (_, lobe)| Self(all.0 | lobe.0))
@@ -59,6 +62,7 @@ impl SurfaceRules<'_> {
     pub(super) fn has_lobe_of(&self, material: &Material, slot: TextureSlot) -> bool {
         let lobe = match slot {
             TextureSlot::Sheen => LobeMask::SHEEN,
+            TextureSlot::Film if self.lobes_of(material).contains(LobeMask::GLASS) => LobeMask::GLASS,
             TextureSlot::Film => LobeMask::FILM,
             TextureSlot::Anisotropy => LobeMask::GROOVES,
             _ => return false,

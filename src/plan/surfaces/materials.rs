@@ -93,6 +93,7 @@ impl EffectiveMaterials {
         let mut own = simplified(material, self.view);
         if !own.has_lobes(own.model(self.brdf_override)) {
             (own.sheen, own.film, own.anisotropy) = (Sheen::NONE, ThinFilm::NONE, Anisotropy::NONE);
+            own.refraction = None;
         }
         if !matches!(own.model(self.brdf_override), Brdf::Phong | Brdf::BlinnPhong) {
             own.ambient = 1.0;

@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 
 use glam::{DVec2, DVec3, Vec3};
 
-use super::node::{FACTOR, KeyedValue, NANOMETRES, REFRACTION, SHARE, STRENGTH, Table};
+use super::node::{DISPERSION, DISTANCE, FACTOR, KeyedValue, NANOMETRES, REFRACTION, SHARE, STRENGTH, Table};
 use super::schema;
 use crate::texture::read_image;
 use crate::{
-    AlphaMode, ColorSpace, Error, Filter, MAX_ATLAS_EDGE, Material, Sampler, Scene, SlotForm, Texture, TextureSlot,
-    UvMap, Wrap,
+    AlphaMode, ColorSpace, Error, Filter, MAX_ATLAS_EDGE, Material, Refraction, Sampler, Scene, SlotForm, Texture,
+    TextureSlot, UvMap, Wrap,
 };
 
 /// Textures that have been read, so that two materials share one image.
@@ -155,7 +155,32 @@ fn change(table: &Table, material: &mut Material) -> Result<(), Error> {
     material.unlit = table.read("unlit", KeyedValue::boolean)?.unwrap_or(material.unlit);
     material.atlas = table.read("atlas", atlas)?.unwrap_or(material.atlas);
     material.alpha_mode = alpha_mode(table, material.alpha_mode)?;
+    refraction(table, material)?;
     dielectric(table, material)
+}
+
+/// Reads the way of light through glass, where one of its keys is there.
+fn refraction(table: &Table, material: &mut Material) -> Result<(), Error> {
+    let thickness = table.read("thickness", |node| node.number_f32(STRENGTH))?;
+    let color = table.read("attenuation_color", |node| node.color(SHARE))?;
+    let distance = table.read("attenuation_distance", |node| node.number_f32(DISTANCE))?;
+    let dispersion = table.read("dispersion", |node| node.number_f32(DISPERSION))?;
+    if let (None, None, None, None, None) = (thickness, color, distance, dispersion, material.refraction) {
+        return Ok(());
+    }
+    if material.alpha_mode != AlphaMode::Glass {
+        return Err(table.wrong("thickness, attenuation and dispersion go with alpha_mode = \"glass\""));
+    }
+    let ior = table.read("ior", |node| node.number_f32(REFRACTION))?;
+    let before = material.refraction.unwrap_or_default();
+    material.refraction = Some(Refraction {
+        ior: ior.unwrap_or(before.ior),
+        thickness: thickness.unwrap_or(before.thickness),
+        color: color.unwrap_or(before.color),
+        distance: distance.unwrap_or(before.distance),
+        dispersion: dispersion.unwrap_or(before.dispersion),
+    });
+    Ok(())
 }
 
 /// Nanometres of a film: of black and of white in its texture.

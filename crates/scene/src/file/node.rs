@@ -73,6 +73,9 @@ pub(super) const SUN_ANGLE: NumberRange =
     NumberRange { text: "from 0 to 90 degrees", holds: |x| (0.0..=90.0).contains(&x) };
 /// Indices of refraction: 1 reflects nothing.
 pub(super) const REFRACTION: NumberRange = NumberRange { text: "from 1 to 100", holds: |x| (1.0..=100.0).contains(&x) };
+pub(super) const DISTANCE: NumberRange =
+    NumberRange { text: "above 0, to 1e9, or inf", holds: |x| (1e-9..=1e9).contains(&x) || x == f64::INFINITY };
+pub(super) const DISPERSION: NumberRange = NumberRange { text: "from 0 to 40", holds: |x| (0.0..=40.0).contains(&x) };
 pub(super) const NANOMETRES: NumberRange = NumberRange { text: "from 0 to 1e6", holds: |x| (0.0..=1e6).contains(&x) };
 pub(super) const FACTOR: NumberRange = NumberRange { text: "a number from -1e6 to 1e6", holds: |x| x.abs() <= 1e6 };
 

@@ -12,6 +12,7 @@ pub(super) const DRAWN: &[&str] = &[
     "KHR_lights_punctual",
     "KHR_materials_anisotropy",
     "KHR_materials_clearcoat",
+    "KHR_materials_dispersion",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
     "KHR_materials_iridescence",
@@ -34,7 +35,7 @@ const UNSEEN: &[&str] =
     &["KHR_xmp", "KHR_xmp_json_ld", "FB_ngon_encoding", "EXT_structural_metadata", "EXT_mesh_features"];
 
 /// Those that give a surface more than is drawn of it: without them it is simpler, and where a file requires them a warning names them.
-const SIMPLIFIED: &[&str] = &["KHR_materials_diffuse_transmission", "KHR_materials_dispersion"];
+const SIMPLIFIED: &[&str] = &["KHR_materials_diffuse_transmission"];
 
 /// Refuses a file that cannot be shown without an extension that is not drawn.
 pub(super) fn check_required(document: &Document) -> Result<(), String> {

@@ -175,6 +175,10 @@ pub(super) struct MaterialExtensions {
     pub clearcoat: Option<Clearcoat>,
     #[serde(rename = "KHR_materials_transmission")]
     pub transmission: Option<Transmission>,
+    #[serde(rename = "KHR_materials_volume")]
+    pub volume: Option<Volume>,
+    #[serde(rename = "KHR_materials_dispersion")]
+    pub dispersion: Option<Dispersion>,
     #[serde(rename = "KHR_materials_pbrSpecularGlossiness")]
     pub glossy: Option<SpecularGlossiness>,
     #[serde(rename = "KHR_materials_sheen")]
@@ -263,6 +267,21 @@ pub(super) struct Iridescence {
 pub(super) struct Transmission {
     pub transmission_factor: f64,
     pub transmission_texture: Option<TextureInfo>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct Volume {
+    pub thickness_factor: f64,
+    pub thickness_texture: Option<TextureInfo>,
+    pub attenuation_distance: Option<f64>,
+    pub attenuation_color: Option<[f64; 3]>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct Dispersion {
+    pub dispersion: f64,
 }
 
 #[derive(Debug, Default, Deserialize)]

@@ -150,6 +150,7 @@ fn slot_called(path: &[&str]) -> Option<TextureSlot> {
         ["extensions", "KHR_materials_sheen", "sheenColorTexture"] => TextureSlot::Sheen,
         ["extensions", "KHR_materials_anisotropy", "anisotropyTexture"] => TextureSlot::Anisotropy,
         ["extensions", "KHR_materials_iridescence", "iridescenceThicknessTexture"] => TextureSlot::Film,
+        ["extensions", "KHR_materials_volume", "thicknessTexture"] => TextureSlot::Film,
         _ => return None,
     })
 }

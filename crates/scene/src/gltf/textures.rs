@@ -41,6 +41,8 @@ pub(super) enum Recipe {
         strength: Option<ImageWithFallback>,
         thickness: Option<ImageWithFallback>,
     },
+    /// Green as blue, for the thickness of glass; a film's part is white.
+    Thickness(ImageWithFallback),
     /// Alpha times 1 - `factor` r, with r of `transmission`.
     Glass {
         color: Option<ImageWithFallback>,
@@ -63,9 +65,11 @@ pub(super) struct TextureRequest {
 impl Recipe {
     fn pictures(&self) -> impl Iterator<Item = ImageWithFallback> {
         let (first, second) = match *self {
-            Self::Plain(picture, _) | Self::Occlusion(picture, _) | Self::Coat(picture) | Self::Gloss(picture, _) => {
-                (Some(picture), None)
-            }
+            Self::Plain(picture, _)
+            | Self::Occlusion(picture, _)
+            | Self::Coat(picture)
+            | Self::Thickness(picture)
+            | Self::Gloss(picture, _) => (Some(picture), None),
             Self::Specular { color: first, strength: second } | Self::Film { strength: first, thickness: second } => {
                 (first, second.filter(|second| Some(*second) != first))
             }
@@ -77,7 +81,7 @@ impl Recipe {
     fn color_space(&self) -> ColorSpace {
         match self {
             Self::Plain(_, color_space) => *color_space,
-            Self::Occlusion(..) | Self::Gloss(..) | Self::Film { .. } => ColorSpace::Linear,
+            Self::Occlusion(..) | Self::Gloss(..) | Self::Film { .. } | Self::Thickness(_) => ColorSpace::Linear,
             Self::Specular { .. } | Self::Glass { .. } | Self::Coat(_) => ColorSpace::Srgb,
         }
     }
@@ -362,7 +366,12 @@ fn cooked(recipe: Recipe, mut found: impl Iterator<Item = Option<RgbaImage>>) ->
         }
         Recipe::Film { strength, thickness } => {
             let (strength, thickness) = two((strength, thickness), found)?;
-            merged(strength, thickness, |own, [_, green, ..]| *own = [own[0], green, 0, 255])?
+            merged(strength, thickness, |own, [_, green, ..]| *own = [own[0], green, 255, 255])?
+        }
+        Recipe::Thickness(_) => {
+            let mut image = found.next()??;
+            image.pixels_mut().for_each(|texel| texel.0 = [255, 255, texel.0[1], 255]);
+            image
         }
         Recipe::Glass { color, transmission, factor } => {
             let first = if color.is_some() { found.next()? } else { None };

@@ -9,7 +9,8 @@ use super::render::Reference;
 use super::{CameraView, Smith, TruthOptions};
 use afterlight_scene::{
     AlphaMode, Anisotropy, Brdf, Camera, CastsShadow, ColorSpace, Environment, Light, Look, Material, Mesh, Object,
-    Projection, Sampler, Scene, Sky, SkyImage, SunDisc, Texels, Texture, TextureSlot, ThinFilm, ThinLens, UvMap,
+    Projection, Refraction, Sampler, Scene, Sky, SkyImage, SunDisc, Texels, Texture, TextureSlot, ThinFilm, ThinLens,
+    UvMap,
 };
 
 #[cfg(test)]
@@ -118,6 +119,7 @@ impl Fingerprint {
             sheen,
             film,
             anisotropy,
+            refraction,
             unlit,
             atlas,
             uv_maps,
@@ -177,6 +179,14 @@ impl Fingerprint {
             [strength, rotation].into_iter().for_each(|value| self.single(*value));
             self.uv_map(&uv_maps[TextureSlot::Anisotropy as usize]);
             self.slot(*anisotropy_texture);
+        }
+        if let Some(Refraction { ior, thickness, color, distance, dispersion }) = refraction {
+            self.number(4);
+            self.color(*color);
+            // The truth finds the thickness by rays, and asks only if there is any.
+            [*ior, f32::from(*thickness > 0.0), *distance, *dispersion]
+                .into_iter()
+                .for_each(|value| self.single(value));
         }
     }
 

@@ -208,6 +208,26 @@ impl<'a> Geometry<'a> {
         nearest
     }
 
+    /// Finds the nearest surface along a ray that is `met`, from whichever side; no holes of masks.
+    pub fn nearest(&self, ray: &Ray, met: &dyn Fn(&Hit) -> bool) -> Option<Hit> {
+        let mut nearest = None;
+        self.tree.walk(ray, f64::INFINITY, |index, limit| {
+            let Triangle { corners, id } = &self.triangles[index];
+            let Some(crossing) = ray.crossing(corners) else { return limit };
+            if !(0.0..limit).contains(&crossing.distance) {
+                return limit;
+            }
+            let part = &self.objects[id.object as usize];
+            let hit = Hit { triangle: index, crossing, front: crossing.counter_clockwise != part.mirrored };
+            if !met(&hit) || self.is_hole(part, id.triangle, crossing.weights) {
+                return limit;
+            }
+            nearest = Some(hit);
+            crossing.distance
+        });
+        nearest
+    }
+
     /// Returns the distance to the nearest opaque surface along a ray, on whichever side it is met, if that is before `limit`.
     pub fn nearest_opaque(&self, ray: &Ray, limit: f64) -> Option<f64> {
         let mut nearest = None;

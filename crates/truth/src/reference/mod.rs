@@ -21,6 +21,7 @@ pub mod occlusion;
 mod particles;
 mod rays;
 pub mod reflections;
+pub mod refraction;
 mod render;
 mod sampling;
 pub mod screen_march;

@@ -289,20 +289,27 @@ impl<'a> Reference<'a> {
         transparent: &mut Vec<Hit>,
     ) -> TracedSample {
         let nearest = self.geometry.seen(ray, billboards.near(), transparent);
-        let behind = nearest.map_or_else(
-            || self.background(ray.direction),
-            |hit| {
+        // All that lies behind glass comes by ways of its own.
+        let glass = transparent.iter().enumerate().rev().find_map(|(at, hit)| Some((at, self.body_of(hit)?)));
+        let behind = match (&glass, nearest) {
+            (Some((at, body)), _) => self.passed(&transparent[*at], body, ray, (smith, points), 0),
+            (None, None) => self.background(ray.direction),
+            (None, Some(hit)) => {
                 self.shown(&hit, (ray, along), smith, points, DVec3::ZERO)
                     + self.mirrored(&hit, (ray, along), smith, points)
-            },
-        );
-        let surface = nearest.map_or(f64::INFINITY, |hit| hit.crossing.distance);
+            }
+        };
+        let first = glass.map_or(0, |(at, _)| at);
+        let surface = match glass {
+            Some((at, _)) => transparent[at].crossing.distance,
+            None => nearest.map_or(f64::INFINITY, |hit| hit.crossing.distance),
+        };
         // From the farthest on: each transparent layer is blended over the light that has come through the air before it.
         let (mut radiance, mut from) = (behind, surface);
         let mut through = |radiance: DVec3, near: f64| {
             self.passage(ray, [near, std::mem::replace(&mut from, near)], points).of(radiance)
         };
-        let mut panes = transparent.iter().peekable();
+        let mut panes = transparent[first..].iter().peekable();
         let over = |behind, hit: &Hit| self.shown(hit, (ray, along), smith, points, behind);
         for layer in billboards.met(ray, row) {
             while let Some(hit) = panes.next_if(|hit| hit.crossing.distance >= layer.distance) {
@@ -318,7 +325,7 @@ impl<'a> Reference<'a> {
     }
 
     /// Returns the background along a direction of any length.
-    fn background(&self, direction: DVec3) -> DVec3 {
+    pub(super) fn background(&self, direction: DVec3) -> DVec3 {
         match &self.scene.sky {
             Some(sky) if sky.shown => sky.seen(direction.normalize()),
             _ => self.scene.environment.background.as_dvec3(),
@@ -358,6 +365,8 @@ impl<'a> Reference<'a> {
         match mode {
             AlphaMode::Opaque | AlphaMode::Mask { .. } => light.body + light.shine,
             AlphaMode::Blend => (light.body + light.shine) * surface.alpha + behind * (1.0 - surface.alpha),
+            // Light that glass bends has its tint and its losses.
+            AlphaMode::Glass if self.body_of(hit).is_some() => light.body * surface.alpha + light.shine + behind,
             AlphaMode::Glass => light.body * surface.alpha + light.shine + behind * (1.0 - surface.alpha),
             AlphaMode::Coat => {
                 let share = surface.alpha * light::coat_share(&surface);

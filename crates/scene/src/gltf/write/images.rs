@@ -14,8 +14,17 @@ use crate::{Error, Filter, Sampler, Texture, Wrap};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct TextureForm {
     pub texture: usize,
-    /// True if its alpha is written as red, where the coat's strength is looked up.
-    pub alpha_as_red: bool,
+    pub channels: Channels,
+}
+
+/// The places of its channels in the file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Channels {
+    AsTheyAre,
+    /// Where the strength of a coat is looked up.
+    AlphaAsRed,
+    /// Where the thickness of glass is looked up.
+    BlueAsGreen,
 }
 
 /// Writes the textures that are asked for: one in each place of the file's list.
@@ -23,7 +32,7 @@ pub(super) struct TextureForm {
 /// # Errors
 /// [`Error::Scene`] where an image cannot be encoded.
 pub(super) fn write(textures: &[Texture], asked: &[TextureForm], document: &mut DocumentBuilder) -> Result<(), Error> {
-    let encode = |asked: &TextureForm| encoded(&textures[asked.texture], asked.alpha_as_red);
+    let encode = |asked: &TextureForm| encoded(&textures[asked.texture], asked.channels);
     let files: Vec<_> = asked.par_iter().map(encode).collect();
     let mut samplers: Vec<Sampler> = Vec::new();
     for (TextureForm { texture, .. }, file) in asked.iter().zip(files) {
@@ -41,10 +50,15 @@ pub(super) fn write(textures: &[Texture], asked: &[TextureForm], document: &mut 
     Ok(())
 }
 
-fn encoded(texture: &Texture, alpha_as_red: bool) -> image::ImageResult<Vec<u8>> {
+fn encoded(texture: &Texture, channels: Channels) -> image::ImageResult<Vec<u8>> {
     let mut texels: Cow<[u8]> = texture.rgba8(0);
-    if alpha_as_red {
-        texels.to_mut().as_chunks_mut::<4>().0.iter_mut().for_each(|texel| *texel = [texel[3], 255, 255, 255]);
+    let mut change = |to: fn([u8; 4]) -> [u8; 4]| {
+        texels.to_mut().as_chunks_mut::<4>().0.iter_mut().for_each(|texel| *texel = to(*texel));
+    };
+    match channels {
+        Channels::AsTheyAre => {}
+        Channels::AlphaAsRed => change(|[.., alpha]| [alpha, 255, 255, 255]),
+        Channels::BlueAsGreen => change(|[_, _, blue, _]| [255, blue, 255, 255]),
     }
     let mut color = ExtendedColorType::Rgba8;
     if texels.as_chunks::<4>().0.iter().all(|texel| texel[3] == 255) {

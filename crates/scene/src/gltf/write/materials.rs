@@ -6,9 +6,11 @@ use glam::{DVec2, Vec3};
 use serde_json::{Value, json};
 
 use super::expressible::power_of_two_above;
-use super::images::{self, TextureForm};
+use super::images::{self, Channels, TextureForm};
 use super::{DocumentBuilder, number, surfaces};
-use crate::{AlphaMode, Anisotropy, DIELECTRIC, Error, Material, Scene, Sheen, TextureSlot, ThinFilm, UvMap};
+use crate::{
+    AlphaMode, Anisotropy, DIELECTRIC, Error, Material, Refraction, Scene, Sheen, TextureSlot, ThinFilm, UvMap,
+};
 
 /// A material, and the coat that lies on it: by their numbers in the scene.
 pub(super) type CoatedMaterial = (usize, Option<usize>);
@@ -88,6 +90,7 @@ impl Writer<'_, '_> {
             AlphaMode::Glass => {
                 let transmission = json!({ "transmissionFactor": 1.0 - f64::from(material.alpha) });
                 self.extend(&mut json, "KHR_materials_transmission", transmission);
+                self.volume(&mut json, material);
             }
             AlphaMode::Opaque | AlphaMode::Coat => {}
         }
@@ -127,20 +130,26 @@ impl Writer<'_, '_> {
     /// The reflectances of a dielectric: strength is the one at grazing incidence; the index of refraction and a colour make of it the one straight
     /// on (KHR_materials_ior, KHR_materials_specular).
     fn reflectance(&mut self, json: &mut Value, material: &Material) {
-        if !material.has_reflectance() || material.unlit {
+        // Glass says its own index of refraction.
+        let glass = material.refraction.map(|own| f64::from(own.ior)).filter(|own| *own != 1.5);
+        if !(material.has_reflectance() || glass.is_some()) || material.unlit {
             return;
         }
         let strength = f64::from(material.grazing);
         let straight = material.reflectance.as_dvec3() / if strength > 0.0 { strength } else { 1.0 };
-        let most = straight.max_element().min(1.0);
+        let facing = |ior: f64| ((ior - 1.0) / (ior + 1.0)).powi(2);
+        let most = material.refraction.map_or(straight.max_element().min(1.0), |own| facing(f64::from(own.ior)));
         let usual = material.reflectance == Vec3::splat(DIELECTRIC) * material.grazing || strength == 0.0;
-        if !usual {
+        if !usual || glass.is_some() {
             // ((ior - 1) / (ior + 1))^2 = most; 0 stands for an infinite index.
             let root = most.sqrt();
             let ior = if most < 1.0 { (1.0 + root) / (1.0 - root) } else { 0.0 };
-            self.extend(json, "KHR_materials_ior", json!({ "ior": ior }));
+            self.extend(json, "KHR_materials_ior", json!({ "ior": glass.unwrap_or(ior) }));
         }
-        let color = if usual || most == 0.0 { glam::DVec3::ONE } else { straight / most };
+        let is_told = (usual && glass.is_none()) || most == 0.0;
+        let color = if is_told { glam::DVec3::ONE } else { straight / most };
+        // The reflectance of an index of refraction was rounded.
+        let color = if color.abs_diff_eq(glam::DVec3::ONE, 1e-6) { glam::DVec3::ONE } else { color };
         let mut specular = json!({});
         if strength != 1.0 {
             specular["specularFactor"] = number(material.grazing);
@@ -197,6 +206,25 @@ impl Writer<'_, '_> {
         self.extend(json, "KHR_materials_anisotropy", own);
     }
 
+    fn volume(&mut self, json: &mut Value, material: &Material) {
+        let Some(Refraction { ior: _, thickness, color, distance, dispersion }) = material.refraction else { return };
+        if thickness > 0.0 {
+            let mut own = json!({ "thicknessFactor": number(thickness) });
+            if let Some(texture) = material.film_texture {
+                let map = &material.uv_maps[TextureSlot::Film as usize];
+                own["thicknessTexture"] = self.info(TextureForm { texture, channels: Channels::BlueAsGreen }, map);
+            }
+            if distance.is_finite() {
+                own["attenuationDistance"] = number(distance);
+                own["attenuationColor"] = json!(color.to_array().map(number));
+            }
+            self.extend(json, "KHR_materials_volume", own);
+        }
+        if dispersion > 0.0 {
+            self.extend(json, "KHR_materials_dispersion", json!({ "dispersion": number(dispersion) }));
+        }
+    }
+
     fn coat(&mut self, json: &mut Value, coat: &Material) {
         let mut own = json!({
             "clearcoatFactor": number(coat.alpha),
@@ -204,7 +232,7 @@ impl Writer<'_, '_> {
         });
         if let Some(texture) = coat.base_color_texture {
             let map = &coat.uv_maps[TextureSlot::BaseColor as usize];
-            own["clearcoatTexture"] = self.info(TextureForm { texture, alpha_as_red: true }, map);
+            own["clearcoatTexture"] = self.info(TextureForm { texture, channels: Channels::AlphaAsRed }, map);
         }
         self.texture(&mut own, "clearcoatRoughnessTexture", coat, TextureSlot::MetallicRoughness);
         self.normal_map(&mut own, "clearcoatNormalTexture", coat);
@@ -221,7 +249,8 @@ impl Writer<'_, '_> {
     /// The texture of a slot, if there is one.
     fn texture(&mut self, json: &mut Value, key: &str, material: &Material, slot: TextureSlot) {
         if let Some(texture) = material.texture(slot) {
-            json[key] = self.info(TextureForm { texture, alpha_as_red: false }, &material.uv_maps[slot as usize]);
+            json[key] =
+                self.info(TextureForm { texture, channels: Channels::AsTheyAre }, &material.uv_maps[slot as usize]);
         }
     }
 

@@ -45,7 +45,7 @@ fn model(material: &mut Material) -> bool {
     // The other models have no lobe beside their own.
     if material.brdf != Brdf::CookTorrance {
         (material.sheen, material.film) = (Sheen::NONE, ThinFilm::NONE);
-        material.anisotropy = Anisotropy::NONE;
+        (material.anisotropy, material.refraction) = (Anisotropy::NONE, None);
     }
     match material.brdf {
         Brdf::CookTorrance => return false,
@@ -91,8 +91,14 @@ fn normal_form(material: &mut Material) {
     if material.unlit || !material.anisotropy.is_seen() {
         (material.anisotropy, material.anisotropy_texture) = (Anisotropy::NONE, None);
     }
+    if material.unlit || material.alpha_mode != AlphaMode::Glass {
+        material.refraction = None;
+    }
     if material.unlit || !material.film.is_seen() {
-        (material.film, material.film_texture) = (ThinFilm::NONE, None);
+        material.film = ThinFilm::NONE;
+    }
+    if !material.film.is_seen() && material.refraction.is_none_or(|own| own.thickness == 0.0) {
+        material.film_texture = None;
     }
     // An untextured film has its greatest thickness.
     if material.film_texture.is_none() && material.film.is_seen() {

@@ -90,6 +90,16 @@ impl Collector {
         widened(self.reflector().reflect(&vector(light)).lobe)
     }
 
+    /// The share of light that passes a facet below, by the cosine of its angle: a film lets the same share of all colours pass, or they would have the opposite colours.
+    pub fn passed(&self, v_dot_h: f64) -> DVec3 {
+        let rise = (1.0 - v_dot_h).max(0.0).powi(5);
+        let fresnel = self.specular + (DVec3::splat(self.grazing) - self.specular) * rise;
+        match &self.film {
+            Some(film) => DVec3::splat(1.0 - film.reflectance(v_dot_h, fresnel).max_element()),
+            None => DVec3::ONE - fresnel,
+        }
+    }
+
     /// A half vector about the normal, given for GGX about +Z.
     pub fn half(&self, facet: DVec3) -> DVec3 {
         if let Some(grooves) = &self.grooves {

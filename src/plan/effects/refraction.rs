@@ -1,0 +1,80 @@
+//! Refraction: glass shows the picture behind it bent, blurred and tinted, for which BACKDROP keeps that picture.
+
+use crate::plan::effect::{Effect, EffectRequest, Hdr, Variation};
+use crate::plan::parts::part;
+use crate::plan::{BufferName, LobeMask, PartGroup, Shading, SurfaceRules};
+use crate::scene::{AlphaMode, Refraction, Scene, Settings, Transparency};
+use crate::shaders::shared::backdrop::LAST_LEVEL;
+
+/// The picture behind glass, with the means of its squares.
+pub const BACKDROP: BufferName = BufferName("backdrop");
+
+/// Glass bends light.
+pub(crate) const EFFECT: Effect = Effect {
+    name: "refraction",
+    is_asked_for: is_used,
+    is_in: |plans| plans.refraction.is_some(),
+    hdr: Some(Hdr::Reads("BACKDROP reads the light of all pixels before it is tone-mapped")),
+    absence: |own| match has_glass(own.scene, own.planned) {
+        false => "no material is glass that bends light",
+        true if own.planned.transparency == Transparency::Oit => "transparent surfaces are not sorted",
+        true => "this view does not show it",
+    },
+    parts: |_, _, plan| {
+        let own = match &plan.effects.refraction {
+            Some(own) => part(
+                "picture behind glass",
+                true,
+                "each pixel with its depth, and the means of squares of 2 to 32 pixels, four single floats each",
+                own.bytes(plan.size),
+            ),
+            None => part("picture behind glass", false, plan.reasons.lack_of(EFFECT.name), 0),
+        };
+        vec![own.of(PartGroup::Targets)]
+    },
+    variations: &[Variation::with("through glass", make_glass, |settings| {
+        settings.transparency = Transparency::Sorted
+    })],
+    ..Effect::PLAIN
+};
+
+/// Makes a body of coloured glass of the first material.
+fn make_glass(scene: &mut Scene) {
+    if let Some(material) = scene.materials.first_mut() {
+        let glass =
+            Refraction { thickness: 0.5, distance: 0.5, color: glam::Vec3::new(0.5, 0.8, 0.6), ..Refraction::THIN };
+        (material.alpha_mode, material.alpha) = (AlphaMode::Glass, 0.1);
+        material.refraction = Some(glass);
+    }
+}
+
+fn has_glass(scene: &Scene, settings: &Settings) -> bool {
+    let is_glass = |material: usize| {
+        let material = &scene.materials[material];
+        material.refracts(material.model(settings.brdf)).is_some()
+    };
+    !settings.textbook && scene.objects.iter().any(|object| is_glass(object.material))
+}
+
+fn is_used(scene: &Scene, settings: &Settings) -> bool {
+    settings.transparency == Transparency::Sorted && has_glass(scene, settings)
+}
+
+/// The picture that glass shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RefractionPlan;
+
+impl RefractionPlan {
+    /// None where frames draw no glass that bends light.
+    pub(super) fn of(request: &EffectRequest, rules: &SurfaceRules) -> Option<Self> {
+        let Shading::Light { .. } = request.shading else { return None };
+        let mut drawn = rules.drawn(request.scene);
+        drawn.any(|object| rules.lobes_of(rules.material(object)).contains(LobeMask::GLASS)).then_some(Self)
+    }
+
+    /// Of the buffer of all levels, four single floats a texel.
+    pub fn bytes(self, size: [u32; 2]) -> u64 {
+        let texels = |level: u32| size.map(|edge| u64::from(edge.div_ceil(1 << level))).iter().product::<u64>();
+        16 * (0..=LAST_LEVEL).map(texels).sum::<u64>()
+    }
+}
