@@ -16,6 +16,7 @@ mod materials;
 mod particles;
 mod reference;
 mod reflections;
+mod refraction;
 #[cfg(feature = "report")]
 mod report;
 mod sky;

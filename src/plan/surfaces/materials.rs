@@ -374,7 +374,7 @@ mod tests {
         );
         assert_eq!(
             varying([[128, 128, 255, 9], [128, 128, 250, 9]]),
-            [BaseColor, MetallicRoughness, Emissive, Specular, Sheen, Anisotropy]
+            [BaseColor, MetallicRoughness, Emissive, Specular, Sheen, Film, Anisotropy]
         );
     }
 

@@ -66,17 +66,17 @@ mod tests {
     #[test]
     fn what_a_file_requires_and_nobody_draws_is_an_error_and_what_it_uses_a_warning() {
         let document = |json: &str| serde_json::from_str::<Document>(json).unwrap();
-        let used = r#""extensionsUsed":["KHR_materials_dispersion","KHR_materials_ior","VENDOR_x","VENDOR_x"]"#;
+        let used = r#""extensionsUsed":["KHR_materials_diffuse_transmission","KHR_materials_ior","VENDOR_x","VENDOR_x"]"#;
         let used = document(&format!("{{{used}}}"));
         assert_eq!(check_required(&used), Ok(()));
-        assert_eq!(not_drawn(&used).unwrap(), "extensions that are not drawn: KHR_materials_dispersion, VENDOR_x");
+        assert_eq!(not_drawn(&used).unwrap(), "extensions that are not drawn: KHR_materials_diffuse_transmission, VENDOR_x");
         let required = document(r#"{"extensionsRequired":["KHR_materials_ior","VENDOR_x"]}"#);
         assert!(check_required(&required).unwrap_err().contains("requires the extension VENDOR_x,"));
-        // Glass that does not part colours is still glass.
-        let dispersion = r#"["KHR_materials_dispersion"]"#;
-        let simpler = document(&format!(r#"{{"extensionsUsed":{dispersion},"extensionsRequired":{dispersion}}}"#));
+        // A leaf that lets no light through is still a leaf.
+        let leaf = r#"["KHR_materials_diffuse_transmission"]"#;
+        let simpler = document(&format!(r#"{{"extensionsUsed":{leaf},"extensionsRequired":{leaf}}}"#));
         assert_eq!(check_required(&simpler), Ok(()));
-        assert_eq!(not_drawn(&simpler).unwrap(), "extensions that are not drawn: KHR_materials_dispersion");
+        assert_eq!(not_drawn(&simpler).unwrap(), "extensions that are not drawn: KHR_materials_diffuse_transmission");
         assert_eq!(not_drawn(&document("{}")), None);
     }
 }

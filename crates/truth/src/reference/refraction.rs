@@ -241,3 +241,101 @@ fn shadowed(seen: f64, out: f64, roughness: f64, is_rough: bool) -> f64 {
     let hidden = |cosine: f64| (cosine * cosine + alpha2 * (1.0 - cosine * cosine)).sqrt() / cosine.max(1e-6);
     (hidden(seen) + 1.0) / (hidden(seen) + hidden(out))
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::{DAffine3, Vec3};
+
+    use super::*;
+    use crate::reference::{CameraView, Mode, TruthOptions};
+    use afterlight_scene::builtin::shapes;
+    use afterlight_scene::builtin::stage::SceneBuilder;
+    use afterlight_scene::{Camera, Environment, Material, Projection, Refraction, Scene};
+
+    fn glass(refraction: Refraction) -> Material {
+        Material {
+            base_color: Vec3::ONE,
+            alpha: 0.0,
+            alpha_mode: AlphaMode::Glass,
+            roughness: 0.0,
+            reflectance: Vec3::splat(((refraction.ior - 1.0) / (refraction.ior + 1.0)).powi(2)),
+            refraction: Some(refraction),
+            ..Material::default()
+        }
+    }
+
+    /// A body before a white background, with no light on it, seen from two metres.
+    fn alone(mesh: shapes::MeshBuilder, material: Material) -> Scene {
+        let mut stage = SceneBuilder::default();
+        let number = stage.material(material);
+        let mesh = stage.mesh("body", mesh, number);
+        stage.place(mesh, number, DAffine3::IDENTITY);
+        let environment = Environment { background: Vec3::ONE, ..Environment::default() };
+        let camera = Camera {
+            position: DVec3::new(0.0, 0.0, 2.0),
+            rotation: glam::DQuat::IDENTITY,
+            projection: Projection::perspective(30.0),
+            near: 0.1,
+            ..Camera::default()
+        };
+        Scene { environment, camera, ..stage.scene }
+    }
+
+    fn middle(scene: &Scene, mode: Mode) -> DVec3 {
+        let view = CameraView { camera: scene.camera, size: [9, 9] };
+        let options = TruthOptions { mode, smith: Smith::HeightCorrelated };
+        let truth = Reference::new(scene).expect("a scene").render(&view, &options, &|_, _| {});
+        DVec3::from_array(truth.radiance[40])
+    }
+
+    #[test]
+    fn light_is_bent_by_snells_law_and_not_beyond_the_critical_angle() {
+        let facet = DVec3::Z;
+        for degrees in [0.0f64, 20.0, 41.0, 80.0] {
+            let (sin, cos) = degrees.to_radians().sin_cos();
+            let view = DVec3::new(sin, 0.0, cos);
+            let into = refracted(view, facet, 1.0 / 1.5).expect("denser");
+            assert!((into.x + sin / 1.5).abs() < 1e-12 && (into.length() - 1.0).abs() < 1e-12 && into.z < 0.0);
+            // 41.8 degrees.
+            assert_eq!(refracted(view, facet, 1.5).is_some(), sin * 1.5 < 1.0, "{degrees}");
+        }
+    }
+
+    #[test]
+    fn in_even_light_a_clear_body_gives_back_all_that_it_lets_in() {
+        for (mesh, thickness) in [(shapes::cuboid([1.0, 1.0, 0.3]), 0.3), (shapes::sphere(0.4, 64), 0.8)] {
+            let scene = alone(mesh, glass(Refraction { thickness, ..Refraction::THIN }));
+            let found = middle(&scene, Mode::Point);
+            // The front mirrors 0.04, of nothing. Parts below a thousandth are left.
+            assert!((found - DVec3::splat(0.96)).abs().max_element() < 3e-3, "{found}");
+        }
+        let rough = Material { roughness: 0.5, ..glass(Refraction { thickness: 0.3, ..Refraction::THIN }) };
+        let found = middle(&alone(shapes::cuboid([1.0, 1.0, 0.3]), rough), Mode::Converged { samples: 256 });
+        assert!(found.max_element() < 0.965 && found.min_element() > 0.85, "{found}");
+    }
+
+    #[test]
+    fn a_body_absorbs_by_the_length_of_the_way_and_tints_once() {
+        let green = Refraction { thickness: 0.3, color: Vec3::new(0.25, 1.0, 0.5), distance: 0.3, ..Refraction::THIN };
+        let material = Material { base_color: Vec3::new(1.0, 0.5, 1.0), alpha: 0.2, ..glass(green) };
+        let found = middle(&alone(shapes::cuboid([1.0, 1.0, 0.3]), material), Mode::Point);
+        // Straight through: (1 - R)^2 A / (1 - R^2 A^2) with the light that goes back and forth, of what is not held back. A fifth of the light is the body's, which is black
+        // without a light.
+        let through = |left: f64, tint: f64| 0.8 * tint * 0.96 * 0.96 * left / (1.0 - 0.0016 * left * left);
+        let back = |left: f64, tint: f64| 0.8 * tint * 0.96 * 0.04 * left * left * 0.96 / (1.0 - 0.0016 * left * left);
+        let expected = DVec3::new(through(0.25, 1.0), through(1.0, 0.5), through(0.5, 1.0))
+            + DVec3::new(back(0.25, 1.0), back(1.0, 0.5), back(0.5, 1.0));
+        assert!((found - expected).abs().max_element() < 3e-3, "{found} {expected}");
+    }
+
+    #[test]
+    fn a_thin_wall_bends_nothing_and_dispersion_bends_blue_more() {
+        let iors = Refraction { ior: 1.5, dispersion: 4.0, ..Refraction::THIN }.iors();
+        assert!(iors[0] < iors[1] && iors[1] < iors[2], "{iors:?}");
+        let red = Material { base_color: Vec3::new(0.5, 0.0, 1.0), ..glass(Refraction::THIN) };
+        let found = middle(&alone(shapes::plane([0.5, 0.5]), red.clone()), Mode::Point);
+        assert_eq!(found, DVec3::ONE, "a plane that is seen from its edge");
+        let found = middle(&alone(shapes::cuboid([0.5, 0.5, 0.1]), red), Mode::Point);
+        assert!((found - DVec3::new(0.48, 0.0, 0.96)).abs().max_element() < 1e-9, "{found}");
+    }
+}

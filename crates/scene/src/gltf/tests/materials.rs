@@ -7,7 +7,9 @@ use std::io::Cursor;
 
 use super::{GltfBuilder, push};
 use crate::gltf::GltfOptions;
-use crate::{AlphaMode, Anisotropy, ColorSpace, Filter, Imported, Sampler, Sheen, TextureSlot, ThinFilm, UvMap, Wrap};
+use crate::{
+    AlphaMode, Anisotropy, ColorSpace, Filter, Imported, Refraction, Sampler, Sheen, TextureSlot, ThinFilm, UvMap, Wrap,
+};
 
 fn png(texels: &[[u8; 4]]) -> Vec<u8> {
     let image = RgbaImage::from_raw(texels.len() as u32, 1, texels.as_flattened().to_vec()).expect("an image");
@@ -419,4 +421,76 @@ fn an_anisotropy_is_read_and_its_mesh_has_tangents() {
     let odd = read(json!({"anisotropyStrength": -3, "anisotropyRotation": 1e300}));
     assert_eq!(odd.materials[0].anisotropy, Anisotropy::NONE);
     assert!(odd.warnings.join("; ").contains("anisotropyStrength is -3"), "{:?}", odd.warnings);
+}
+
+/// Glass with these extensions beside its transmission.
+fn glass(more: Value) -> Imported {
+    let mut extensions = json!({"KHR_materials_transmission": {"transmissionFactor": 0.75}});
+    for (name, own) in more.as_object().into_iter().flatten() {
+        extensions[name] = own.clone();
+    }
+    dressed(json!({"extensions": extensions})).read()
+}
+
+#[test]
+fn glass_is_read_with_its_body() {
+    let thin = glass(json!({}));
+    assert_eq!((thin.warnings, thin.materials[0].refraction), (Vec::<String>::new(), Some(Refraction::THIN)));
+    assert_eq!((thin.materials[0].alpha_mode, thin.materials[0].alpha), (AlphaMode::Glass, 0.25));
+    let Imported { materials, textures, warnings, .. } = glass(json!({
+        "KHR_materials_ior": {"ior": 1.25},
+        "KHR_materials_dispersion": {"dispersion": 2},
+        "KHR_materials_volume": {
+            "thicknessFactor": 3, "thicknessTexture": {"index": 0},
+            "attenuationDistance": 0.5, "attenuationColor": [0.5, 1, 0.25],
+        },
+    }));
+    assert_eq!(warnings, Vec::<String>::new());
+    let body = Refraction {
+        ior: 1.25,
+        thickness: 3.0,
+        color: Vec3::new(0.5, 1.0, 0.25),
+        distance: 0.5,
+        dispersion: 2.0,
+    };
+    assert_eq!(materials[0].refraction, Some(body));
+    // Half of white is left after the distance, and a quarter after twice that: Beer's law.
+    let absorbed = body.absorption();
+    assert!(((-absorbed.x * 0.5).exp() - 0.5).abs() < 1e-6 && absorbed.y == 0.0, "{absorbed}");
+    // KHR_materials_dispersion: (ior - 1) 0.025 dispersion to either side.
+    assert_eq!(body.iors(), [1.2375, 1.25, 1.2625]);
+    // Green is the thickness, which the slot has in blue.
+    let texture = &textures[materials[0].film_texture.expect("a texture")];
+    assert_eq!((texture.color_space, texture.rgba8(0)[..3].to_vec()), (ColorSpace::Linear, vec![255, 255, 128]));
+}
+
+#[test]
+fn odd_glass_is_named_and_drawn_as_near_as_can_be() {
+    let told = |more: Value| {
+        let Imported { materials, warnings, .. } = glass(more);
+        (materials[0].refraction.expect("glass"), warnings.join("; "))
+    };
+    let (odd, said) = told(json!({
+        "KHR_materials_ior": {"ior": 0.5},
+        "KHR_materials_dispersion": {"dispersion": -1},
+        "KHR_materials_volume": {"thicknessFactor": -2, "attenuationDistance": -1},
+    }));
+    assert_eq!(odd, Refraction::THIN);
+    for what in ["ior is 0.5", "dispersion is -1", "thicknessFactor is -2", "attenuationDistance is -1"] {
+        assert!(said.contains(what), "{what}: {said}");
+    }
+    let (odd, said) = told(json!({"KHR_materials_volume": {
+        "thicknessFactor": 1, "attenuationDistance": 1, "attenuationColor": [-1, 2, 0],
+    }}));
+    assert_eq!(odd.color, Vec3::new(0.0, 1.0, 0.0));
+    assert!(odd.absorption().is_finite() && said.contains("attenuationColor"), "{said}");
+    let lone = dressed(json!({"extensions": {
+        "KHR_materials_volume": {"thicknessFactor": 1}, "KHR_materials_dispersion": {"dispersion": 1},
+    }}));
+    let Imported { materials, warnings, .. } = lone.read();
+    let said = warnings.join("; ");
+    assert_eq!(materials[0].refraction, None);
+    assert!(said.contains("a thickness but transmits no light") && said.contains("KHR_materials_dispersion"), "{said}");
+    let unlit = glass(json!({"KHR_materials_unlit": {}}));
+    assert_eq!(unlit.materials[0].refraction, None);
 }

@@ -5,7 +5,7 @@ use std::collections::{BTreeSet, HashMap};
 use glam::Vec3;
 
 use super::expressible::tell;
-use crate::{AlphaMode, Anisotropy, Brdf, DIELECTRIC, Material, Object, Scene, Sheen, TextureSlot, ThinFilm};
+use crate::{AlphaMode, Anisotropy, Brdf, DIELECTRIC, Material, Object, Refraction, Scene, Sheen, TextureSlot, ThinFilm};
 
 pub(super) fn is_coat(material: &Material) -> bool {
     material.alpha_mode == AlphaMode::Coat
@@ -17,7 +17,7 @@ pub(super) fn express(scene: &mut Scene, left_out: &mut Vec<String>) {
     drop_lone_coats(scene);
     tell(left_out, before - scene.objects.len(), "coat", "lies on no other object and is left out");
     let worn: BTreeSet<usize> = scene.objects.iter().map(|object| object.material).collect();
-    let (mut phong, mut atlases, mut glass) = (0, 0, 0);
+    let (mut phong, mut atlases, mut glass, mut faded) = (0, 0, 0, 0);
     let textures = &mut scene.textures;
     for (_, material) in scene.materials.iter_mut().enumerate().filter(|(index, _)| worn.contains(index)) {
         // The reader merges a texture of transmission into the colour's alpha, which glTF does not read of glass.
@@ -25,6 +25,10 @@ pub(super) fn express(scene: &mut Scene, left_out: &mut Vec<String>) {
         if color.is_some_and(|index| textures[index].rgba8_mut().chunks_exact(4).any(|texel| texel[3] < 255)) {
             material.alpha_mode = AlphaMode::Blend;
             glass += 1;
+        }
+        if material.alpha_mode == AlphaMode::Glass && material.refraction.is_none() && material.alpha < 1.0 {
+            material.refraction = Some(Refraction::THIN);
+            faded += 1;
         }
         if !material.unlit && !is_coat(material) {
             phong += usize::from(model(material));
@@ -37,6 +41,7 @@ pub(super) fn express(scene: &mut Scene, left_out: &mut Vec<String>) {
     }
     tell(left_out, phong, "material", "a Phong model is written as metallic-roughness with a highlight about as wide");
     tell(left_out, glass, "material", "glass whose texture says how much light it holds back is written as blended");
+    tell(left_out, faded, "material", "glass that fades what is behind it is written as a thin wall, which tints it, too");
     tell(left_out, atlases, "material", "the whole atlas is shown in place of a cell");
 }
 

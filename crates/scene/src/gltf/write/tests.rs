@@ -10,7 +10,7 @@ use crate::builtin::shapes;
 use crate::gltf::{GltfOptions, parse};
 use crate::{
     AlphaMode, Anisotropy, Brdf, Camera, CastsShadow, ColorSpace, Emitter, Falloff, Filter, Imported, Light, LightKind,
-    Look, Material, NamedCamera, Object, Projection, Sampler, Sheen, Texture, TextureSlot, ThinFilm, UvMap, Wrap,
+    Look, Material, NamedCamera, Object, Projection, Refraction, Sampler, Sheen, Texture, TextureSlot, ThinFilm, UvMap, Wrap,
 };
 
 fn shot() -> ExportedView {
@@ -75,7 +75,20 @@ fn materials() -> Vec<Material> {
             (own.alpha, own.alpha_mode, own.base_color_texture) = (0.8, AlphaMode::Mask { cutoff: 0.3 }, Some(0));
         }),
         of("gauze", &|own| (own.alpha, own.alpha_mode) = (0.35, AlphaMode::Blend)),
-        of("glass", &|own| (own.alpha, own.alpha_mode) = (0.15, AlphaMode::Glass)),
+        of("glass", &|own| {
+            (own.alpha, own.alpha_mode, own.refraction) = (0.15, AlphaMode::Glass, Some(Refraction::THIN));
+        }),
+        of("bottle", &|own| {
+            let body = Refraction {
+                ior: 1.75,
+                thickness: 0.25,
+                color: Vec3::new(0.2, 0.9, 0.4),
+                distance: 0.3,
+                dispersion: 0.7,
+            };
+            (own.alpha, own.alpha_mode, own.refraction) = (0.15, AlphaMode::Glass, Some(body));
+            own.reflectance = Vec3::splat((0.75f32 / 2.75).powi(2));
+        }),
         of("lamp", &|own| (own.emissive, own.emissive_texture) = (Vec3::new(1465.2, 1.0, 0.3), Some(0))),
         of("glow", &|own| own.emissive = Vec3::new(0.9, 1.0, 0.3)),
         of("flat", &|own| own.unlit = true),
