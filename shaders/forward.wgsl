@@ -263,7 +263,7 @@ fn over_backdrop(own: vec4<f32>, thickness: f32, alpha: f32, surface: Surface, t
     let straight = light_straight_behind(in.position.xy);
     let shares = min(tint, all / max(straight, vec3(1e-30)));
     let kept = saturate(min(shares.r, min(shares.g, shares.b)));
-    return vec4(min(all - straight * kept, vec3(LARGEST * (1.0 - kept) + HIGHLIGHT)), 1.0 - kept);
+    return vec4(clamp(all - straight * kept, vec3(0.0), vec3(LARGEST * (1.0 - kept) + HIGHLIGHT)), 1.0 - kept);
 }
 #endif
 

@@ -35,9 +35,9 @@ struct Glass {
     // Light of a ray that meets nothing, where no sky is seen.
     background: vec3<f32>,
     roughness: f32,
-    // Depth of the surface, reversed, and the random part of this frame's facets.
+    // Depth of the surface, reversed, and the place of this frame's facets among all.
     depth: f32,
-    turn: f32,
+    turn: vec2<f32>,
 }
 
 // `texel`: the share of the thickness that the material's texture leaves; `scale`: metres per unit of the mesh.
@@ -52,7 +52,7 @@ fn glass_of(row: u32, texel: f32, scale: f32, round: f32, roughness: f32, depth:
     glass.roughness = roughness;
     glass.depth = depth;
     // Another set of facets for each jittered frame; the middle of the pixel has the first.
-    glass.turn = fract(frame.jitter.x * 7.0 + frame.jitter.y * 13.0);
+    glass.turn = fract(vec2(dot(frame.jitter, vec2(7.31, 13.17)), dot(frame.jitter, vec2(17.43, -5.29))));
     return glass;
 }
 
@@ -275,8 +275,8 @@ fn light_of_color(surface: Surface, glass: Glass, place: vec3<f32>, ior: f32) ->
     var sum = vec3(0.0);
     for (var i = 0u; i < GLASS_FACETS; i++) {
         // R2 (Roberts 2018).
-        let near = fract(vec2(0.7548776662, 0.5698402910) * (f32(i) + 0.5) + vec2(glass.turn, 0.618034 * glass.turn));
-        let far = fract(vec2(0.5698402910, 0.7548776662) * (3.0 * f32(i) + 1.5) + vec2(0.381966 * glass.turn, glass.turn));
+        let near = fract(vec2(0.7548776662, 0.5698402910) * (f32(i) + 0.5) + glass.turn);
+        let far = fract(vec2(0.5698402910, 0.7548776662) * (3.0 * f32(i) + 1.5) + glass.turn.yx * 3.0);
         sum += light_through(surface, glass, place, vec4(near, far), ior, spread);
     }
     return sum / f32(GLASS_FACETS);

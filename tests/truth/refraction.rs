@@ -3,9 +3,7 @@
 use crate::common::gpu::{Gpu, nits, on_gpu, places};
 use crate::common::stage::{add, directional, exact, lambert, rectangle, stage};
 use afterlight::scene::builtin::shapes;
-use afterlight::scene::{
-    AlphaMode, Environment, Keep, LightPath, Material, Refraction, Scene, Settings, Transparency,
-};
+use afterlight::scene::{AlphaMode, Environment, Keep, LightPath, Material, Refraction, Scene, Settings, Transparency};
 use afterlight_truth::reference::{CameraView, Mode, Reference, Smith, TruthOptions};
 use glam::{DAffine3, DVec3, Vec3};
 
@@ -34,7 +32,8 @@ fn striped() -> Scene {
         add(&mut scene, stripe, Material { base_color: color, ..lambert(1.0) }, DAffine3::IDENTITY);
     }
     scene.lights = vec![directional(DVec3::new(0.3, 0.2, 1.0), 3.0)];
-    scene.environment = Environment { background: Vec3::splat(0.2), ..Environment::default() };
+    // Black: by rays a pane mirrors what lies before it at its far side, too.
+    scene.environment = Environment { background: Vec3::ZERO, ..Environment::default() };
     scene
 }
 
@@ -56,10 +55,8 @@ fn differences(gpu: &Gpu, scene: &Scene, settings: &Settings, reach: u32) -> Vec
     let middle = SIZE[0] / 2;
     let near = |&(x, y): &(u32, u32)| x.abs_diff(middle) <= reach && y.abs_diff(middle) <= reach;
     let lit = |x: u32, y: u32| DVec3::from_array(truth.radiance[(y * SIZE[0] + x) as usize]);
-    let mut off: Vec<f64> = places(&picture)
-        .filter(near)
-        .map(|(x, y)| (nits(&picture, x, y) - lit(x, y)).abs().max_element())
-        .collect();
+    let mut off: Vec<f64> =
+        places(&picture).filter(near).map(|(x, y)| (nits(&picture, x, y) - lit(x, y)).abs().max_element()).collect();
     off.sort_by(f64::total_cmp);
     off
 }
@@ -78,15 +75,21 @@ fn a_pane_and_a_ball_show_what_is_behind_them_as_rays_do() {
         let aslant = DAffine3::from_axis_angle(DVec3::Y, 0.5);
         let ball = |refraction| clear(Refraction { thickness: 1.0, ..refraction });
         let cases = [
-            ("a pane", with_body(pane(), clear(body), aslant), [2e-3, 3e-2]),
-            ("a green pane", with_body(pane(), clear(green), aslant), [2e-3, 3e-2]),
-            ("a pane of flint", with_body(pane(), clear(flint), aslant), [4e-3, 6e-2]),
-            ("a thin wall", with_body(rectangle([-1.0; 2], [1.0; 2], 0.0), clear(Refraction::THIN), aslant), [1e-5, 1e-4]),
-            ("a ball", with_body(shapes::sphere(0.5, 128), ball(body), DAffine3::IDENTITY), [1.5e-2, 8e-2]),
-            ("a green ball", with_body(shapes::sphere(0.5, 128), ball(green), DAffine3::IDENTITY), [1.5e-2, 8e-2]),
+            ("a pane", with_body(pane(), clear(body), aslant), [1e-3, 3e-3]),
+            ("a green pane", with_body(pane(), clear(green), aslant), [1e-3, 3e-3]),
+            ("a pane of flint", with_body(pane(), clear(flint), aslant), [2e-3, 6e-3]),
+            (
+                "a thin wall",
+                with_body(rectangle([-1.0; 2], [1.0; 2], 0.0), clear(Refraction::THIN), aslant),
+                [1e-6, 1e-5],
+            ),
+            ("a ball", with_body(shapes::sphere(0.5, 128), ball(body), DAffine3::IDENTITY), [1e-3, 3e-3]),
+            ("a green ball", with_body(shapes::sphere(0.5, 128), ball(green), DAffine3::IDENTITY), [1e-3, 3e-3]),
         ];
         for (turn, (name, scene, [half, most])) in cases.into_iter().enumerate() {
-            for path in [LightPath::Loop, LightPath::Forward, LightPath::Clustered].into_iter().skip(turn % 2).step_by(2) {
+            for path in
+                [LightPath::Loop, LightPath::Forward, LightPath::Clustered].into_iter().skip(turn % 2).step_by(2)
+            {
                 // Within a ball of 48 pixels across.
                 let off = differences(gpu, &scene, &settings(path), 13);
                 println!("{name}, {path}: median {:.1e}, 0.85 {:.1e}", at(&off, 0.5), at(&off, 0.85));
@@ -118,7 +121,7 @@ fn rough_glass_blurs_as_rays_do() {
             let view = CameraView { camera: scene.camera, size: SIZE };
             let many = TruthOptions { mode: Mode::Converged { samples: 256 }, ..POINT };
             let truth = Reference::new(&scene).expect("a scene").render(&view, &many, &|_, _| {});
-            let picture = gpu.draw(&scene, &Settings { samples: 16, ..settings(LightPath::Loop) });
+            let picture = gpu.expose(&scene, &Settings { samples: 16, ..settings(LightPath::Loop) }, 0.0);
             let middle = SIZE[1] / 2;
             let row = |light: &dyn Fn(u32) -> DVec3| (20..77).map(light).collect::<Vec<_>>();
             let drawn = row(&|x| nits(&picture, x, middle));
@@ -129,7 +132,7 @@ fn rough_glass_blurs_as_rays_do() {
                 (row.iter().map(|own| (*own - mean).length_squared()).sum::<f64>() / row.len() as f64).sqrt()
             };
             println!("{name}: off {off:.3}, spread {:.3} and {:.3}", spread(&drawn), spread(&traced));
-            assert!(off < 0.05, "{name}: {off}");
+            assert!(off < 0.04, "{name}: {off}");
             // Stripes are blurred, and not gone.
             assert!((0.6..1.6).contains(&(spread(&drawn) / spread(&traced))), "{name}");
         }
@@ -160,7 +163,7 @@ fn glass_that_is_summed_up_in_any_order_fades_what_is_behind_it() {
             nits(&gpu.draw(&scene, &settings), SIZE[0] / 2 + 8, SIZE[1] / 2)
         };
         let (tinted, faded) = (drawn(Transparency::Sorted), drawn(Transparency::Oit));
-        assert!(tinted.y == 0.0 && tinted.x > 0.1 && faded.y > 0.1, "{tinted} {faded}");
+        assert!(tinted.y < 1e-6 && tinted.x > 0.1 && faded.y > 0.1, "{tinted} {faded}");
     });
 }
 

@@ -66,10 +66,14 @@ mod tests {
     #[test]
     fn what_a_file_requires_and_nobody_draws_is_an_error_and_what_it_uses_a_warning() {
         let document = |json: &str| serde_json::from_str::<Document>(json).unwrap();
-        let used = r#""extensionsUsed":["KHR_materials_diffuse_transmission","KHR_materials_ior","VENDOR_x","VENDOR_x"]"#;
+        let used =
+            r#""extensionsUsed":["KHR_materials_diffuse_transmission","KHR_materials_ior","VENDOR_x","VENDOR_x"]"#;
         let used = document(&format!("{{{used}}}"));
         assert_eq!(check_required(&used), Ok(()));
-        assert_eq!(not_drawn(&used).unwrap(), "extensions that are not drawn: KHR_materials_diffuse_transmission, VENDOR_x");
+        assert_eq!(
+            not_drawn(&used).unwrap(),
+            "extensions that are not drawn: KHR_materials_diffuse_transmission, VENDOR_x"
+        );
         let required = document(r#"{"extensionsRequired":["KHR_materials_ior","VENDOR_x"]}"#);
         assert!(check_required(&required).unwrap_err().contains("requires the extension VENDOR_x,"));
         // A leaf that lets no light through is still a leaf.

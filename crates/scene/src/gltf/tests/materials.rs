@@ -446,13 +446,8 @@ fn glass_is_read_with_its_body() {
         },
     }));
     assert_eq!(warnings, Vec::<String>::new());
-    let body = Refraction {
-        ior: 1.25,
-        thickness: 3.0,
-        color: Vec3::new(0.5, 1.0, 0.25),
-        distance: 0.5,
-        dispersion: 2.0,
-    };
+    let body =
+        Refraction { ior: 1.25, thickness: 3.0, color: Vec3::new(0.5, 1.0, 0.25), distance: 0.5, dispersion: 2.0 };
     assert_eq!(materials[0].refraction, Some(body));
     // Half of white is left after the distance, and a quarter after twice that: Beer's law.
     let absorbed = body.absorption();

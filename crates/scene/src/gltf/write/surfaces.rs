@@ -5,7 +5,9 @@ use std::collections::{BTreeSet, HashMap};
 use glam::Vec3;
 
 use super::expressible::tell;
-use crate::{AlphaMode, Anisotropy, Brdf, DIELECTRIC, Material, Object, Refraction, Scene, Sheen, TextureSlot, ThinFilm};
+use crate::{
+    AlphaMode, Anisotropy, Brdf, DIELECTRIC, Material, Object, Refraction, Scene, Sheen, TextureSlot, ThinFilm,
+};
 
 pub(super) fn is_coat(material: &Material) -> bool {
     material.alpha_mode == AlphaMode::Coat
@@ -41,7 +43,12 @@ pub(super) fn express(scene: &mut Scene, left_out: &mut Vec<String>) {
     }
     tell(left_out, phong, "material", "a Phong model is written as metallic-roughness with a highlight about as wide");
     tell(left_out, glass, "material", "glass whose texture says how much light it holds back is written as blended");
-    tell(left_out, faded, "material", "glass that fades what is behind it is written as a thin wall, which tints it, too");
+    tell(
+        left_out,
+        faded,
+        "material",
+        "glass that fades what is behind it is written as a thin wall, which tints it, too",
+    );
     tell(left_out, atlases, "material", "the whole atlas is shown in place of a cell");
 }
 

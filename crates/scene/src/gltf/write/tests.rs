@@ -10,7 +10,8 @@ use crate::builtin::shapes;
 use crate::gltf::{GltfOptions, parse};
 use crate::{
     AlphaMode, Anisotropy, Brdf, Camera, CastsShadow, ColorSpace, Emitter, Falloff, Filter, Imported, Light, LightKind,
-    Look, Material, NamedCamera, Object, Projection, Refraction, Sampler, Sheen, Texture, TextureSlot, ThinFilm, UvMap, Wrap,
+    Look, Material, NamedCamera, Object, Projection, Refraction, Sampler, Sheen, Texture, TextureSlot, ThinFilm, UvMap,
+    Wrap,
 };
 
 fn shot() -> ExportedView {
