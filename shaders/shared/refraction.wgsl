@@ -19,6 +19,8 @@ override SEES_SKY: bool = false;
 const GLASS_FACETS: u32 = 8u;
 const STEPS: u32 = 32u;
 const HALVINGS: u32 = 5u;
+// The square of the sine of the most grazing angle at which light leaves a rough body.
+const MOST_ASIDE: f32 = 0.97;
 // Below this perceptual roughness a surface is taken for polished.
 const SMOOTH: f32 = 0.01;
 
@@ -254,9 +256,15 @@ fn light_through(surface: Surface, glass: Glass, place: vec3<f32>, points: vec4<
     if is_rough {
         far_facet = -visible_facet(-within, -far_normal, alpha, points.zw);
     }
-    let aside = ior * (within - far_facet * dot(within, far_facet));
-    // A rough facet's ray may meet the far side beyond the critical angle, where it would go on within: it grazes.
-    let rest = max(1.0 - dot(aside, aside), 1e-4);
+    var aside = ior * (within - far_facet * dot(within, far_facet));
+    if dot(aside, aside) > MOST_ASIDE {
+        // Beyond the critical angle light goes on within, and leaves where another facet lets it: here, by the mean of all facets.
+        far_facet = far_normal;
+        aside = ior * (within - far_facet * dot(within, far_facet));
+    }
+    let length_squared = dot(aside, aside);
+    aside *= min(1.0, sqrt(MOST_ASIDE / max(length_squared, 1e-9)));
+    let rest = 1.0 - min(length_squared, MOST_ASIDE);
     let out = normalize(aside + far_facet * sqrt(rest));
     let second = passed(surface, sqrt(rest));
     // Light that both sides mirror back and forth comes out, too.
