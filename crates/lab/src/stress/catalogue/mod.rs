@@ -7,6 +7,7 @@ mod fog;
 mod formulas;
 mod froxels;
 mod geometry;
+mod glass;
 mod highlights;
 mod lens;
 mod lights;
@@ -47,6 +48,7 @@ pub fn all() -> Vec<Case> {
         taa::CASES,
         particles::CASES,
         reflections::CASES,
+        glass::CASES,
         targets::CASES,
         random::CASES,
     ]
