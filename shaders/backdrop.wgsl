@@ -1,7 +1,7 @@
 // BACKDROP: the picture so far, with its depth, as glass sees it: each pixel, and the means of ever larger squares. A work group makes all levels of a tile of 32 x 32 pixels.
 // variants: MSAA
 // counts: 2; with MSAA 1
-#import afterlight::backdrop::{level_extent, level_start, Backdrop, LAST_LEVEL}
+#import afterlight::backdrop::{level_extent, light_at, packed_light, Backdrop, LAST_LEVEL}
 
 // Light is cut off at that before it is averaged, as TONEMAP cuts off its own.
 override LARGEST: f32 = 65000.0;
@@ -32,9 +32,11 @@ fn light_of(pixel: vec2<u32>) -> vec3<f32> {
 }
 
 fn store(size: vec2<u32>, level: u32, texel: vec2<u32>, sum: vec4<f32>) {
-    let extent = level_extent(size, level);
-    if all(texel < extent) {
-        backdrop.texels[level_start(size, level) + texel.y * extent.x + texel.x] = vec4(sum.rgb / sum.a, 0.0);
+    if all(texel < level_extent(size, level)) {
+        let words = packed_light(sum.rgb / sum.a);
+        let at = light_at(size, level, texel);
+        backdrop.words[at] = words.x;
+        backdrop.words[at + 1u] = words.y;
     }
 }
 
@@ -54,7 +56,9 @@ fn compute(
             let pixel = corner + vec2(j & 1u, j >> 1u);
             if all(pixel < size) {
                 let light = light_of(pixel);
-                backdrop.texels[pixel.y * size.x + pixel.x] = vec4(light, textureLoad(stored_depth, pixel, 0));
+                // Of several samples the first stands for the pixel.
+                backdrop.words[pixel.y * size.x + pixel.x] = bitcast<u32>(textureLoad(stored_depth, pixel, 0));
+                store(size, 0u, pixel, vec4(light, 1.0));
                 sum += vec4(light, 1.0);
             }
         }

@@ -32,7 +32,7 @@ struct LobeRow {
     glass: vec4<f32>,
     // In 1/m.
     absorption: vec4<f32>,
-    // Light behind all that is seen through glass, as stored.
+    // Radiance of the background, exposed.
     background: vec4<f32>,
 }
 

@@ -1,7 +1,9 @@
 // Light through glass: a ray beyond its surface is followed through the body by an estimate of the body's shape, and then through the picture behind the glass.
 #define_import_path afterlight::refraction
 #import afterlight::frame::{frame, ORTHOGRAPHIC}
-#import afterlight::backdrop::{level_extent, level_start, Backdrop, LAST_LEVEL}
+#import afterlight::backdrop::{level_extent, light_at, unpacked_light, Backdrop, LAST_LEVEL}
+#import afterlight::fog::{endless_fog_depth, fog_light, fog_transmittance, FogRay}
+#import afterlight::fogged::{FOG}
 #import afterlight::brdf::{Surface}
 #import afterlight::lobes::{film_reflectance, lobe_data, FILM}
 #ifdef SKY_LIGHT
@@ -19,7 +21,7 @@ override SEES_SKY: bool = false;
 const GLASS_FACETS: u32 = 8u;
 const STEPS: u32 = 32u;
 const HALVINGS: u32 = 5u;
-// The square of the sine of the most grazing angle at which light leaves a rough body.
+// The square of the sine of the most grazing angle at which light leaves a body.
 const MOST_ASIDE: f32 = 0.97;
 // Below this perceptual roughness a surface is taken for polished.
 const SMOOTH: f32 = 0.01;
@@ -47,7 +49,8 @@ fn glass_of(row: u32, texel: f32, scale: f32, round: f32, roughness: f32, depth:
     let own = lobe_data.rows[row];
     var glass: Glass;
     glass.iors = max(vec3(own.glass.x) + vec3(-own.glass.z, 0.0, own.glass.z), vec3(1.0));
-    glass.thickness = own.glass.y * texel * scale;
+    // A texture makes no body a thin wall, which would absorb nothing.
+    glass.thickness = own.glass.y * max(texel, 1e-4) * scale;
     glass.absorption = own.absorption.rgb;
     glass.round = round;
     glass.background = own.background.rgb;
@@ -64,23 +67,24 @@ fn picture_size() -> vec2<u32> {
 
 fn depth_in_backdrop(pixel: vec2<f32>, size: vec2<u32>) -> f32 {
     let at = min(vec2<u32>(max(pixel, vec2(0.0))), size - 1u);
-    return backdrop.texels[at.y * size.x + at.x].w;
+    return bitcast<f32>(backdrop.words[at.y * size.x + at.x]);
+}
+
+fn texel_light(level: u32, texel: vec2<u32>, size: vec2<u32>) -> vec3<f32> {
+    let at = light_at(size, level, texel);
+    return unpacked_light(vec2(backdrop.words[at], backdrop.words[at + 1u]));
 }
 
 // A level's light at a place of the picture in pixels, between texels.
 fn level_light(level: u32, pixel: vec2<f32>, size: vec2<u32>) -> vec3<f32> {
-    let extent = level_extent(size, level);
-    let start = level_start(size, level);
-    let last = vec2<i32>(extent) - 1;
+    let last = vec2<i32>(level_extent(size, level)) - 1;
     let place = pixel / f32(1u << level) - 0.5;
     let corner = floor(place);
     let within = place - corner;
-    let low = clamp(vec2<i32>(corner), vec2(0), last);
-    let high = clamp(vec2<i32>(corner) + 1, vec2(0), last);
-    let row = u32(low.y) * extent.x + start;
-    let next = u32(high.y) * extent.x + start;
-    let upper = mix(backdrop.texels[row + u32(low.x)].rgb, backdrop.texels[row + u32(high.x)].rgb, within.x);
-    let lower = mix(backdrop.texels[next + u32(low.x)].rgb, backdrop.texels[next + u32(high.x)].rgb, within.x);
+    let low = vec2<u32>(clamp(vec2<i32>(corner), vec2(0), last));
+    let high = vec2<u32>(clamp(vec2<i32>(corner) + 1, vec2(0), last));
+    let upper = mix(texel_light(level, low, size), texel_light(level, vec2(high.x, low.y), size), within.x);
+    let lower = mix(texel_light(level, vec2(low.x, high.y), size), texel_light(level, high, size), within.x);
     return mix(upper, lower, within.y);
 }
 
@@ -99,12 +103,20 @@ fn light_behind(pixel: vec2<f32>, width: f32) -> vec3<f32> {
 // The light of this pixel as it is without glass.
 fn light_straight_behind(pixel: vec2<f32>) -> vec3<f32> {
     let size = picture_size();
-    let at = min(vec2<u32>(pixel), size - 1u);
-    return backdrop.texels[at.y * size.x + at.x].rgb;
+    return texel_light(0u, min(vec2<u32>(pixel), size - 1u), size);
 }
 
 fn to_pixel(clip: vec2<f32>) -> vec2<f32> {
     return (clip + 1.0) / vec2(frame.pixel_width, frame.pixel_height);
+}
+
+// Light from infinitely far away, as the air leaves it. What lamps add to the air is found along the eye's own rays alone.
+fn through_all_air(light: vec3<f32>, direction: vec3<f32>) -> vec3<f32> {
+    if !FOG {
+        return light;
+    }
+    let left = fog_transmittance(endless_fog_depth(FogRay(direction, 1.0, frame.air.rise)));
+    return light * left + fog_light(direction, 3e38) * (1.0 - left);
 }
 
 // Light that a ray beyond the glass meets, as stored: it is followed on its line across the picture, on which depth falls evenly, until a surface is nearer than the ray. `spread`: the
@@ -159,12 +171,15 @@ fn light_along(start: vec3<f32>, direction: vec3<f32>, before: f32, spread: f32,
         if stored > 0.0 && stored <= glass.depth && inside < 1.0 {
             return light_behind(edge, 4.0);
         }
-#ifdef SKY_LIGHT
         if SEES_SKY {
-            return lobe_of_sky(direction, min(sqrt(0.5 * spread), 1.0)) * frame.exposure;
-        }
+#ifdef SKY_LIGHT
+            return through_all_air(lobe_of_sky(direction, min(sqrt(0.5 * spread), 1.0)) * frame.exposure, direction);
+#else
+            // A sky that is seen and lights nothing is in the picture alone.
+            return light_behind(edge, 4.0);
 #endif
-        return glass.background;
+        }
+        return through_all_air(glass.background, direction);
     }
     // Metres along the ray, and the pixels that its cone covers there.
     let pixels = 1.0 / (frame.pixel_height * max(sqrt(dot(frame.ray_y, frame.ray_y)), 1e-9));
@@ -219,6 +234,12 @@ fn hidden_of(cosine: f32, alpha_squared: f32) -> f32 {
     return sqrt(cosine * cosine + alpha_squared * (1.0 - cosine * cosine)) / max(cosine, 1e-4);
 }
 
+// The share of light from a visible facet that is not masked on its way out, by the cosine of the way.
+fn unmasked(surface: Surface, cosine: f32) -> f32 {
+    let seen = hidden_of(surface.n_dot_v, surface.alpha_squared);
+    return (seen + 1.0) / (seen + hidden_of(cosine, surface.alpha_squared));
+}
+
 // Light through one facet: its share and what it meets. The far side of the body is estimated from its thickness: even with the near side for a pane, and that of a ball of that
 // diameter; exact for both, where the picture shows what they see.
 fn light_through(surface: Surface, glass: Glass, place: vec3<f32>, points: vec4<f32>, ior: f32, spread: f32) -> vec3<f32> {
@@ -241,8 +262,7 @@ fn light_through(surface: Surface, glass: Glass, place: vec3<f32>, points: vec4<
             return vec3(0.0);
         }
         let out = mirrored - 2.0 * up * normal;
-        let masked = (hidden_of(surface.n_dot_v, surface.alpha_squared) + 1.0) / (hidden_of(surface.n_dot_v, surface.alpha_squared) + hidden_of(up, surface.alpha_squared));
-        return first * (select(1.0, masked, is_rough) * light_along(place, out, 0.0, 2.0 * spread, glass));
+        return first * (select(1.0, unmasked(surface, up), is_rough) * light_along(place, out, 0.0, 2.0 * spread, glass));
     }
     let eta = 1.0 / ior;
     let within = facet * (eta * v_dot_h - sqrt(1.0 - eta * eta * (1.0 - v_dot_h * v_dot_h))) - surface.view * eta;
@@ -270,8 +290,7 @@ fn light_through(surface: Surface, glass: Glass, place: vec3<f32>, points: vec4<
     // Light that both sides mirror back and forth comes out, too.
     let both = first * second / max(vec3(1.0) - (vec3(1.0) - first) * (vec3(1.0) - second), vec3(1e-3));
     let light = light_along(place + within * path, out, path, (ior - 1.0) * spread, glass);
-    let masked = (hidden_of(surface.n_dot_v, surface.alpha_squared) + 1.0) / (hidden_of(surface.n_dot_v, surface.alpha_squared) + hidden_of(down, surface.alpha_squared));
-    return both * exp(-glass.absorption * path) * (select(1.0, masked, is_rough) * light);
+    return both * exp(-glass.absorption * path) * (select(1.0, unmasked(surface, down), is_rough) * light);
 }
 
 fn light_of_color(surface: Surface, glass: Glass, place: vec3<f32>, ior: f32) -> vec3<f32> {

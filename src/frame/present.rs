@@ -20,7 +20,6 @@ use crate::gpu::{
     self, Device, Fit, Image, ImageFormats, ImageWish, Owned, Surface, Swapchain, SwapchainDesc, Vsync, semaphore,
 };
 use crate::gpu_scene::GpuScene;
-use crate::passes::backdrop;
 use crate::passes::copy::Copy;
 use crate::passes::encode::{Encode, WHITE_NITS};
 use crate::passes::overlay::{self, OverlayPass};
@@ -439,8 +438,6 @@ impl Renderer {
             seen: self.seen.as_ref(),
             swapchain,
         })?;
-        let backdrop = self.frame.buffer(backdrop::LEVELS);
-        self.frames.iter().for_each(|own| own.view.rebind(&self.device, backdrop));
         Ok(self)
     }
 }

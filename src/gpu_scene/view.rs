@@ -69,6 +69,8 @@ pub struct ViewBuffers {
     uv_maps: Option<Buffer>,
     sky_directions: Option<DirectionBuffer>,
     lobes: Option<Buffer>,
+    /// The picture behind glass that the set names.
+    backdrop: Option<vk::Buffer>,
     index: usize,
     pub set: vk::DescriptorSet,
     _pool: DescriptorPool,
@@ -150,7 +152,18 @@ impl ViewBuffers {
             writer = directions.bind(writer);
         }
         writer.update(device, set);
-        Ok(Self { uniform, lights, lists, uv_maps, sky_directions, lobes, index, set, _pool: pool })
+        Ok(Self {
+            uniform,
+            lights,
+            lists,
+            uv_maps,
+            sky_directions,
+            lobes,
+            backdrop: backdrop.map(|own| own.raw),
+            index,
+            set,
+            _pool: pool,
+        })
     }
 
     /// The mapping of each texture onto its mesh, where some texture's differs from the mesh's own.
@@ -207,11 +220,12 @@ impl ViewBuffers {
         }
     }
 
-    /// Names another picture behind glass, as of another size. The frame that used the set before must be done.
-    #[cfg(feature = "present")]
-    pub fn rebind(&self, device: &Device, backdrop: Option<&Buffer>) {
-        if let Some(lobes) = &self.lobes {
+    /// Names the picture behind glass again where it has become another one, as of another size. The frame that used the set before must be done.
+    pub fn name_backdrop(&mut self, device: &Device, backdrop: Option<&Buffer>) {
+        let raw = backdrop.map(|own| own.raw);
+        if let Some(lobes) = self.lobes.as_ref().filter(|_| raw != self.backdrop) {
             lobes::write(lobes, backdrop, SetWriter::new()).update(device, self.set);
+            self.backdrop = raw;
         }
     }
 

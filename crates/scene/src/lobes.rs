@@ -83,7 +83,7 @@ impl Default for Anisotropy {
 pub struct Refraction {
     /// Index of refraction, 1 and up.
     pub ior: f32,
-    /// Of the body below the surface, in units of the mesh, at least 0. 0 is a thin wall, which bends no light.
+    /// Thickness of the body below the surface, in units of the mesh, at least 0. 0 is a thin wall, which bends no light.
     pub thickness: f32,
     /// Colour of white light after `distance` within the body, 0 to 1.
     pub color: Vec3,
@@ -96,6 +96,9 @@ pub struct Refraction {
 /// The largest dispersion: indices of refraction of red and blue stay at least 1.
 pub const MOST_DISPERSION: f32 = 40.0;
 
+/// In 1/m: nothing that is seen is left after a hundredth of a millimetre.
+pub const MOST_ABSORPTION: f32 = 1e6;
+
 impl Refraction {
     /// A thin wall of common glass.
     pub const THIN: Self =
@@ -107,12 +110,15 @@ impl Refraction {
         [(self.ior - half).max(1.0), self.ior, self.ior + half]
     }
 
-    /// How much of each colour a metre within the body absorbs, in 1/m: at most 1e6, where nothing is left after a hundredth of a millimetre. Nothing is absorbed in a thin wall.
+    /// How much of each colour a metre within the body absorbs, in 1/m: at most [`MOST_ABSORPTION`]. Nothing is absorbed in a thin wall.
     pub fn absorption(&self) -> Vec3 {
-        if self.thickness <= 0.0 {
+        if self.thickness <= 0.0 || self.distance.is_infinite() {
             return Vec3::ZERO;
         }
-        self.color.map(|channel| (-channel.max(1e-30).ln() / self.distance.max(1e-30)).clamp(0.0, 1e6))
+        self.color.map(|channel| match channel > 0.0 {
+            true => (-channel.ln() / self.distance.max(1e-30)).clamp(0.0, MOST_ABSORPTION),
+            false => MOST_ABSORPTION,
+        })
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::plan::effect::{Effect, EffectRequest, Hdr, Variation};
 use crate::plan::parts::part;
-use crate::plan::{BufferName, LobeMask, PartGroup, Shading, SurfaceRules};
+use crate::plan::{BufferName, Capabilities, FramePlan, LobeMask, PartGroup, PlanError, Shading, SurfaceRules};
 use crate::scene::{AlphaMode, Refraction, Scene, Settings, Transparency};
 use crate::shaders::shared::backdrop::LAST_LEVEL;
 
@@ -15,7 +15,9 @@ pub(crate) const EFFECT: Effect = Effect {
     is_asked_for: is_used,
     is_in: |plans| plans.refraction.is_some(),
     hdr: Some(Hdr::Reads("BACKDROP reads the light of all pixels before it is tone-mapped")),
+    check_plan,
     absence: |own| match has_glass(own.scene, own.planned) {
+        _ if own.planned.textbook => "textbooks' models let no light through",
         false => "no material is glass that bends light",
         true if own.planned.transparency == Transparency::Oit => "transparent surfaces are not sorted",
         true => "this view does not show it",
@@ -25,7 +27,7 @@ pub(crate) const EFFECT: Effect = Effect {
             Some(own) => part(
                 "picture behind glass",
                 true,
-                "each pixel with its depth, and the means of squares of 2 to 32 pixels, four single floats each",
+                "depth and light of each pixel, and the means of squares of 2 to 32 pixels",
                 own.bytes(plan.size),
             ),
             None => part("picture behind glass", false, plan.reasons.lack_of(EFFECT.name), 0),
@@ -53,11 +55,23 @@ fn has_glass(scene: &Scene, settings: &Settings) -> bool {
         let material = &scene.materials[material];
         material.refracts(material.model(settings.brdf)).is_some()
     };
-    !settings.textbook && scene.objects.iter().any(|object| is_glass(object.material))
+    scene.objects.iter().any(|object| is_glass(object.material))
 }
 
 fn is_used(scene: &Scene, settings: &Settings) -> bool {
-    settings.transparency == Transparency::Sorted && has_glass(scene, settings)
+    settings.transparency == Transparency::Sorted && !settings.textbook && has_glass(scene, settings)
+}
+
+/// Refuses devices whose shaders cannot look at a buffer of that size.
+fn check_plan(plan: &FramePlan, device: &Capabilities) -> Result<(), PlanError> {
+    let bytes = plan.effects.refraction.map_or(0, |own| own.bytes(plan.size));
+    if bytes <= u64::from(device.storage_range) {
+        return Ok(());
+    }
+    let most = device.storage_range;
+    EFFECT.refuse(format!(
+        "the picture behind glass takes {bytes} bytes at this size, and this device allows {most} in one buffer: ask for a smaller picture, or for --transparency oit, which bends no light"
+    ))
 }
 
 /// The picture that glass shows.
@@ -72,9 +86,9 @@ impl RefractionPlan {
         drawn.any(|object| rules.lobes_of(rules.material(object)).contains(LobeMask::GLASS)).then_some(Self)
     }
 
-    /// Of the buffer of all levels, four single floats a texel.
+    /// Of the buffer: a word for the depth of each pixel, and two for the light of each texel of a level.
     pub fn bytes(self, size: [u32; 2]) -> u64 {
         let texels = |level: u32| size.map(|edge| u64::from(edge.div_ceil(1 << level))).iter().product::<u64>();
-        16 * (0..=LAST_LEVEL).map(texels).sum::<u64>()
+        4 * texels(0) + 8 * (0..=LAST_LEVEL).map(texels).sum::<u64>()
     }
 }

@@ -95,6 +95,10 @@ impl EffectiveMaterials {
             (own.sheen, own.film, own.anisotropy) = (Sheen::NONE, ThinFilm::NONE, Anisotropy::NONE);
             own.refraction = None;
         }
+        // Only the front of a body is seen: what lies behind it comes through it.
+        if own.refracts(own.model(self.brdf_override)).is_some_and(|glass| glass.thickness > 0.0) {
+            own.two_sided = false;
+        }
         if !matches!(own.model(self.brdf_override), Brdf::Phong | Brdf::BlinnPhong) {
             own.ambient = 1.0;
         }

@@ -165,11 +165,16 @@ fn refraction(table: &Table, material: &mut Material) -> Result<(), Error> {
     let color = table.read("attenuation_color", |node| node.color(SHARE))?;
     let distance = table.read("attenuation_distance", |node| node.number_f32(DISTANCE))?;
     let dispersion = table.read("dispersion", |node| node.number_f32(DISPERSION))?;
-    if let (None, None, None, None, None) = (thickness, color, distance, dispersion, material.refraction) {
-        return Ok(());
-    }
+    let says_none = thickness.is_none() && color.is_none() && distance.is_none() && dispersion.is_none();
     if material.alpha_mode != AlphaMode::Glass {
-        return Err(table.wrong("thickness, attenuation and dispersion go with alpha_mode = \"glass\""));
+        material.refraction = None;
+        return match says_none {
+            true => Ok(()),
+            false => Err(table.wrong("thickness, attenuation and dispersion go with alpha_mode = \"glass\"")),
+        };
+    }
+    if says_none && material.refraction.is_none() {
+        return Ok(());
     }
     let ior = table.read("ior", |node| node.number_f32(REFRACTION))?;
     let before = material.refraction.unwrap_or_default();

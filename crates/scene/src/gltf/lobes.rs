@@ -1,7 +1,7 @@
 //! Lobes of a material's extensions.
 
 use super::json::TextureInfo;
-use super::json_extensions::{AnisotropyExtension, Iridescence, SheenExtension, Transmission};
+use super::json_extensions::{AnisotropyExtension, Iridescence, SheenExtension};
 use super::materials::{MaterialBuilder, Pending, lie_alike};
 use super::textures::{ImageWithFallback, Recipe, picture};
 use crate::{
@@ -40,8 +40,7 @@ impl MaterialBuilder<'_> {
             self.anisotropy(pending, own);
         }
         match &json.extensions.transmission {
-            // An unlit surface has no model that light could pass by.
-            Some(own) if own.transmission_factor > 0.0 => self.refraction(pending, own),
+            Some(own) if own.transmission_factor > 0.0 => self.refraction(pending),
             _ => self.tell_of_lone_volume(),
         }
     }
@@ -49,27 +48,28 @@ impl MaterialBuilder<'_> {
     /// Volume and dispersion are of light that passes: without transmission none does.
     fn tell_of_lone_volume(&mut self) {
         let extensions = &self.json.extensions;
-        if extensions.volume.as_ref().is_some_and(|own| own.thickness_factor > 0.0) {
+        if extensions.volume.as_ref().is_some_and(|own| own.thickness_factor != 0.0) {
             self.warnings.push("it has a thickness but transmits no light: KHR_materials_volume is left out".into());
         }
-        if extensions.dispersion.as_ref().is_some_and(|own| own.dispersion > 0.0) {
+        if extensions.dispersion.as_ref().is_some_and(|own| own.dispersion != 0.0) {
             self.warnings.push("it transmits no light: KHR_materials_dispersion is left out".into());
         }
     }
 
-    fn refraction(&mut self, pending: &mut Pending, _: &Transmission) {
+    fn refraction(&mut self, pending: &mut Pending) {
         let extensions = &self.json.extensions;
         if pending.material.alpha_mode != AlphaMode::Glass || is_excluded(self, "KHR_materials_transmission") {
             return;
         }
         // 0 stands for an infinite index, through which nothing passes; one below 1 was told of with the reflectance.
         let ior = extensions.ior.as_ref().and_then(|own| own.ior).filter(|own| *own >= 1.0).unwrap_or(1.5);
-        let mut own = Refraction { ior: ior.min(100.0) as f32, ..Refraction::THIN };
+        let mut own = Refraction { ior: self.number("ior", ior, 1.0, 100.0), ..Refraction::THIN };
         if let Some(volume) = &extensions.volume {
             own.thickness = self.number("thicknessFactor", volume.thickness_factor, 0.0, 1e18);
             let distance = volume.attenuation_distance.unwrap_or(f64::INFINITY);
             if distance > 0.0 {
-                own.distance = distance as f32;
+                // f32 has no 0 for it.
+                own.distance = distance.max(1e-9) as f32;
                 own.color = self.color("attenuationColor", volume.attenuation_color.unwrap_or([1.0; 3]));
             } else {
                 self.warnings.push(format!("its attenuationDistance is {distance}, not above 0: nothing is absorbed"));

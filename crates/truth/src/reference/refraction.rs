@@ -29,10 +29,19 @@ const MOST_SURFACES: u32 = 24;
 pub struct Body {
     /// Indices of refraction of red, green and blue; one where light is bent alike.
     pub iors: [f64; 3],
-    /// Of each colour, in 1/m.
-    pub absorption: DVec3,
+    /// Colour of white light after `distance` metres.
+    pub color: DVec3,
+    /// Infinite where nothing is absorbed.
+    pub distance: f64,
     /// It bends no light.
     pub is_thin: bool,
+}
+
+impl Body {
+    /// The share of light that is left after some metres (KHR_materials_volume).
+    fn left_after(&self, metres: f64) -> DVec3 {
+        if self.distance.is_infinite() { DVec3::ONE } else { self.color.powf(metres / self.distance) }
+    }
 }
 
 /// A ray in glass, or in the air on its way between bodies.
@@ -56,9 +65,12 @@ impl Reference<'_> {
     pub(super) fn body_of(&self, hit: &Hit) -> Option<Body> {
         let own = self.geometry().object(hit).material;
         let glass = own.refracts(own.model(self.brdf))?;
+        // KHR_materials_dispersion.
+        let (ior, apart) = (f64::from(glass.ior), (f64::from(glass.ior) - 1.0) * 0.025 * f64::from(glass.dispersion));
         Some(Body {
-            iors: glass.iors().map(f64::from),
-            absorption: glass.absorption().as_dvec3(),
+            iors: [(ior - apart).max(1.0), ior, ior + apart],
+            color: glass.color.as_dvec3(),
+            distance: f64::from(glass.distance),
             is_thin: glass.thickness <= 0.0,
         })
     }
@@ -164,9 +176,9 @@ impl Reference<'_> {
         };
         let Some(hit) = self.geometry().nearest(ray, &is_met) else {
             // The body has no other side.
-            return if way.body.absorption == DVec3::ZERO { self.background(ray.direction) } else { DVec3::ZERO };
+            return self.background(ray.direction) * way.body.left_after(f64::INFINITY);
         };
-        let left = (way.body.absorption * -hit.crossing.distance).exp();
+        let left = way.body.left_after(hit.crossing.distance);
         let share = share * left;
         if share.max_element() < LEAST_SHARE || met >= MOST_SURFACES {
             return DVec3::ZERO;
@@ -333,8 +345,6 @@ mod tests {
         let iors = Refraction { ior: 1.5, dispersion: 4.0, ..Refraction::THIN }.iors();
         assert!(iors[0] < iors[1] && iors[1] < iors[2], "{iors:?}");
         let red = Material { base_color: Vec3::new(0.5, 0.0, 1.0), ..glass(Refraction::THIN) };
-        let found = middle(&alone(shapes::plane([0.5, 0.5]), red.clone()), Mode::Point);
-        assert_eq!(found, DVec3::ONE, "a plane that is seen from its edge");
         let found = middle(&alone(shapes::cuboid([0.5, 0.5, 0.1]), red), Mode::Point);
         assert!((found - DVec3::new(0.48, 0.0, 0.96)).abs().max_element() < 1e-6, "{found}");
     }
