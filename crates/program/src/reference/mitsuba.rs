@@ -114,7 +114,7 @@ fn bsdf(index: usize, material: &Material, brdf: Brdf) -> Result<String, String>
         return refused("emitted light");
     }
     if material.has_lobes(brdf) {
-        return refused("a sheen, a film or an anisotropy");
+        return refused("a sheen, a film, an anisotropy or diffuse transmission");
     }
     if material.alpha_mode != AlphaMode::Opaque {
         return refused("an `alpha_mode` other than \"opaque\"");
