@@ -254,11 +254,15 @@ fn transmitted(surface: Surface, light: vec3<f32>, n_dot_l: f32) -> vec3<f32> {
         let fresnel = film_reflectance(v_dot_h, taken);
         taken = vec3(max(fresnel.r, max(fresnel.g, fresnel.b)));
     }
-    var left = vec3(1.0) - taken;
-    if SHEEN {
-        left *= min(left_by_sheen(lobes.at_view), left_by_sheen(sheen_share(max(-n_dot_l, MIN_COSINE))));
+    return lobes.through * (vec3(1.0) - taken);
+}
+
+// The share of that light which a sheen leaves.
+fn left_behind(n_dot_l: f32) -> f32 {
+    if !SHEEN {
+        return 1.0;
     }
-    return lobes.through * left;
+    return min(left_by_sheen(lobes.at_view), left_by_sheen(sheen_share(max(-n_dot_l, MIN_COSINE))));
 }
 
 // `diffuse` of a surface for light at its back.

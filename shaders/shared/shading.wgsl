@@ -16,7 +16,7 @@
 #endif
 #ifdef LOBES
 #import afterlight::brdf::{ggx_lobe, half_vector, PI}
-#import afterlight::lobes::{film_facing, film_reflectance, gathering, left_by_lobes, groove_facet, groove_lobe, groove_roughness, groove_weight, over_surface, scattered_by_lobes, through_base, transmitted, DIFFUSE_TRANSMISSION, FACETS, FILM, GROOVES}
+#import afterlight::lobes::{film_facing, film_reflectance, gathering, left_behind, left_by_lobes, groove_facet, groove_lobe, groove_roughness, groove_weight, over_surface, scattered_by_lobes, through_base, transmitted, DIFFUSE_TRANSMISSION, FACETS, FILM, GROOVES}
 #ifdef SKY_LIGHT
 #import afterlight::sky::{collected, even_sky, even_sky_behind, lobe_of_sky, lobe_share}
 #endif
@@ -126,7 +126,7 @@ fn reflected(surface: Surface, model: Model, to_light: vec3<f32>, n_dot_l: f32) 
     }
 #ifdef LOBES
     if is_behind(n_dot_l) {
-        return -transmitted(surface, to_light, n_dot_l);
+        return transmitted(surface, to_light, n_dot_l) * -left_behind(n_dot_l);
     }
     var below = vec3(0.0);
     if FILM || GROOVES {
