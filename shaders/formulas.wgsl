@@ -3,11 +3,11 @@
 // variants: PLANTED
 // precise
 // counts: 2; with PLANTED 1
-#import afterlight::brdf::{ambient_lobe, cook_torrance_surface, ggx_lobe, half_vector, phong_surface, reflect_ambient, reflect_light, schlick, smith_root, squared_alpha, Dielectric, COOK_TORRANCE, PHONG, BLINN_PHONG, MIN_N_DOT_V}
+#import afterlight::brdf::{ambient_lobe, cook_torrance_surface, ggx_lobe, half_vector, phong_surface, reflect_ambient, reflect_light, schlick, smith_root, squared_alpha, Dielectric, COOK_TORRANCE, PHONG, BLINN_PHONG, MIN_N_DOT_V, MIN_ROUGHNESS}
 #import afterlight::encodings::{decode_normal, decode_shininess, encode_normal, encode_shininess, octahedral, octahedral_decode, OCTAHEDRAL}
 #import afterlight::frame::{position_at}
 #import afterlight::lights::{reach_of, Light, ALL_TRAITS, MIXED_FALLOFF}
-#import afterlight::lobes::{interference, sheen_lobe, take_sheen}
+#import afterlight::lobes::{groove_lobe, interference, sheen_lobe, take_sheen, take_stretch, take_through, transmitted}
 #import afterlight::tonemapping::{encode_srgb, tone_map}
 #ifdef PLANTED
 #import afterlight::textbook::{textbook_light}
@@ -71,6 +71,41 @@ fn sheen_of(in: Input) -> vec3<f32> {
     return sheen_lobe(in.a.xyz, in.b.xyz, n_dot_v, in.c.xyz, n_dot_l) * n_dot_l;
 }
 
+// normal and roughness, view and strength, light, direction across the grooves
+fn grooves_of(in: Input) -> f32 {
+    let n_dot_l = dot(in.a.xyz, in.c.xyz);
+    if n_dot_l <= 0.0 {
+        return 0.0;
+    }
+    take_stretch(in.d.xyz, in.b.w, in.a.xyz, max(in.a.w, MIN_ROUGHNESS));
+    let half = half_vector(in.c.xyz + in.b.xyz).direction;
+    let n_dot_v = max(dot(in.a.xyz, in.b.xyz), MIN_N_DOT_V);
+    return groove_lobe(half, dot(in.a.xyz, half), in.b.xyz, n_dot_v, in.c.xyz, n_dot_l) * n_dot_l;
+}
+
+// normal and share that comes through, view and metallic, the direction opposite to the light and reflectance facing, colour and reflectance grazing
+fn through_of(in: Input) -> vec3<f32> {
+    let n_dot_l = -dot(in.a.xyz, in.c.xyz);
+    if n_dot_l >= 0.0 {
+        return vec3(0.0);
+    }
+    let surface = cook_torrance_surface(in.a.xyz, in.b.xyz, in.d.xyz, in.b.w, 1.0, dielectric_of(in));
+    take_through(vec4(in.d.xyz, in.a.w), in.b.w);
+    return transmitted(surface, -in.c.xyz, n_dot_l) * -n_dot_l;
+}
+
+// The same with the light that the surface reflects in front, where it is the mirrored one.
+fn leaf_of(in: Input) -> vec3<f32> {
+    let n_dot_l = dot(in.a.xyz, in.c.xyz);
+    if n_dot_l <= 0.0 {
+        return vec3(0.0);
+    }
+    var surface = cook_torrance_surface(in.a.xyz, in.b.xyz, in.d.xyz, in.b.w, 1.0, dielectric_of(in));
+    surface.diffuse *= take_through(vec4(in.d.xyz, in.a.w), in.b.w);
+    let behind = in.c.xyz - in.a.xyz * (2.0 * n_dot_l);
+    return (reflect_light(surface, COOK_TORRANCE, in.c.xyz, n_dot_l) + transmitted(surface, behind, -n_dot_l)) * n_dot_l;
+}
+
 // normal and roughness, light + view
 fn distribution_of(in: Input) -> f32 {
     let half = half_vector(in.b.xyz);
@@ -128,6 +163,9 @@ fn evaluate(in: Input) -> vec4<f32> {
         case 13u: { return vec4(decode_shininess(encode_shininess(in.a.x)), 0.0, 0.0, 0.0); }
         case 15u: { return vec4(sheen_of(in), 0.0); }
         case 16u: { return vec4(interference(in.b.x, in.b.y, in.a.xyz, in.a.w), 0.0); }
+        case 17u: { return vec4(grooves_of(in), 0.0, 0.0, 0.0); }
+        case 18u: { return vec4(through_of(in), 0.0); }
+        case 19u: { return vec4(leaf_of(in), 0.0); }
         default: { return vec4(reach_of(light_of(in), vec3(0.0), MIXED_FALLOFF, ALL_TRAITS).to_light, 0.0); }
     }
 }

@@ -38,7 +38,7 @@
 #import afterlight::clusters::{cluster_at, cluster_lights}
 #endif
 #ifdef LOBES
-#import afterlight::lobes::{take_below, take_grooves, take_lobes, GROOVES}
+#import afterlight::lobes::{dim_transmission, take_below, take_grooves, take_lobes, take_transmission, DIFFUSE_TRANSMISSION, GROOVES}
 #import afterlight::refraction::{glass_of, light_straight_behind, light_through_glass, REFRACTS}
 #endif
 #import afterlight::fogged::{seen_through_air}
@@ -147,6 +147,7 @@ struct Varying {
     @location(8) @interpolate(perspective, centroid) of_shininess: vec4<f32>,
 #ifdef LOBES
     @location(9) @interpolate(perspective, centroid) of_film: vec4<f32>,
+    @location(12) @interpolate(perspective, centroid) of_diffuse_transmission: vec2<f32>,
 #endif
 #else
     @location(2) @interpolate(perspective, centroid) uv: vec2<f32>,
@@ -184,6 +185,7 @@ fn vertex(in: Vertex) -> Varying {
     out.of_shininess = uvs.of_shininess;
 #ifdef LOBES
     out.of_film = uvs.of_film;
+    out.of_diffuse_transmission = uvs.of_diffuse_transmission;
 #endif
 #else
     out.uv = in.uv;
@@ -213,6 +215,7 @@ fn uvs_of(in: Varying) -> Uvs {
     uvs.of_shininess = in.of_shininess;
 #ifdef LOBES
     uvs.of_film = in.of_film;
+    uvs.of_diffuse_transmission = in.of_diffuse_transmission;
 #endif
     uvs.layer = layer_of(unpacked_look(in.look).w);
     return uvs;
@@ -335,6 +338,9 @@ fn shade(in: Varying, front: bool) -> vec4<f32> {
 #ifdef LOBES
     take_below(texel.dielectric.facing, texel.albedo, texel.metallic);
     take_lobes(push.lobes, point.sheen, point.film, surface.n_dot_v);
+    if DIFFUSE_TRANSMISSION {
+        surface.diffuse *= take_transmission(push.lobes, point.diffuse_transmission, texel.metallic);
+    }
 #ifdef NORMAL_MAP
     if GROOVES {
         take_grooves(push.lobes, point.anisotropy, in.tangent, geometric, texel.normal, max(texel.roughness, MIN_ROUGHNESS));
@@ -345,6 +351,9 @@ fn shade(in: Varying, front: bool) -> vec4<f32> {
     if OPACITY == GLASS {
         // The body's share of the light; the mirrored light is whole.
         surface.diffuse *= alpha;
+#ifdef LOBES
+        dim_transmission(alpha);
+#endif
     }
     if OPACITY == COAT {
         // Its lobe is times the share that it hides from all sides, before any light is: no bright one is cut off that would be dim.

@@ -2,6 +2,7 @@
 //
 // A pipeline's constants say which lobes its material has; code for the others is left out.
 #define_import_path afterlight::lobes
+#import afterlight::brdf::{Surface}
 
 const PI: f32 = 3.14159265358979;
 
@@ -11,6 +12,8 @@ override SHEEN: bool = false;
 override FILM: bool = false;
 // Grooves, that stretch the highlight (KHR_materials_anisotropy).
 override GROOVES: bool = false;
+// A base that lets light through diffusely (KHR_materials_diffuse_transmission).
+override DIFFUSE_TRANSMISSION: bool = false;
 
 // Guards, part of the model: the roughness of a sheen is at least MIN_SHEEN_ROUGHNESS. MIN_COSINE is for lights in the surface's plane, whose light
 // has no share in the picture.
@@ -28,6 +31,8 @@ struct LobeRow {
     film: vec4<f32>,
     // Of the grooves: strength, and cosine and sine of the angle from the tangent to the direction of greater roughness.
     grooves: vec4<f32>,
+    // Colour of the light that comes through, and the share of the base that lets it.
+    through: vec4<f32>,
     // Of glass: index of refraction, thickness in units of the mesh, and how far the indices of red and blue lie beside it.
     glass: vec4<f32>,
     // In 1/m.
@@ -69,6 +74,8 @@ struct Lobes {
     wide: f32,
     narrow: f32,
     strength: f32,
+    // Light that comes through, of light at the back: as `diffuse` of a surface.
+    through: vec3<f32>,
 }
 
 var<private> lobes: Lobes;
@@ -105,13 +112,17 @@ fn take_grooves(row: u32, texel: vec3<f32>, tangent: vec4<f32>, geometric: vec3<
     let way = select(centered, vec2(0.0), abs(centered) < vec2(0.01)) / 127.0;
     let turned = vec2(own.y * way.x - own.z * way.y, own.z * way.x + own.y * way.y);
     let bitangent = cross(geometric, tangent.xyz) * tangent.w;
-    let across = tangent.xyz * turned.x + bitangent * turned.y;
+    take_stretch(tangent.xyz * turned.x + bitangent * turned.y, own.x * texel.z, normal, roughness);
+}
+
+// The same of a direction across the grooves, of any length, and a strength.
+fn take_stretch(across: vec3<f32>, strength: f32, normal: vec3<f32>, roughness: f32) {
     let flat_across = across - normal * dot(normal, across);
     let is_there = dot(flat_across, flat_across) > 1e-12;
     let instead = cross(normal, select(vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0), abs(normal.x) > 0.5));
     lobes.across = normalize(select(instead, flat_across, is_there));
     lobes.along = cross(normal, lobes.across);
-    lobes.strength = select(0.0, own.x * texel.z, is_there);
+    lobes.strength = select(0.0, strength, is_there);
     lobes.narrow = roughness * roughness;
     lobes.wide = mix(lobes.narrow, 1.0, lobes.strength * lobes.strength);
 }
@@ -150,6 +161,22 @@ fn groove_weight(n_dot_h: f32, v_dot_h: f32, view: vec3<f32>, n_dot_v: f32, ligh
 // The roughness of the sky that a facet mirrors: the highlight's own, or as much as closes the gaps between facets.
 fn groove_roughness(roughness: f32) -> f32 {
     return max(roughness, sqrt(lobes.wide * (2.0 / f32(FACETS))));
+}
+
+// Takes the share of the base that lets light through, and returns the share that reflects. `texel`: of its texture, white without one.
+fn take_transmission(row: u32, texel: vec4<f32>, metallic: f32) -> f32 {
+    return take_through(lobe_data.rows[row].through * texel, metallic);
+}
+
+// The same of a colour and that share.
+fn take_through(own: vec4<f32>, metallic: f32) -> f32 {
+    lobes.through = own.rgb * (own.a * (1.0 - metallic) / PI);
+    return 1.0 - own.a;
+}
+
+// A body of this alpha lets as large a share of that light through.
+fn dim_transmission(alpha: f32) {
+    lobes.through *= alpha;
 }
 
 // Takes what lies below a film.
@@ -215,6 +242,32 @@ fn sheen_lobe(normal: vec3<f32>, view: vec3<f32>, n_dot_v: f32, light: vec3<f32>
     let cosine = max(n_dot_l, MIN_COSINE);
     let visibility = 0.25 / ((1.0 + lobes.hidden + sheen_hidden(cosine)) * cosine * n_dot_v);
     return lobes.sheen * (distribution * visibility);
+}
+
+// f(l, v) of light that arrives at the back, where `n_dot_l` is negative: lambert's. The highlight leaves it the share that it leaves of light from the direction
+// mirrored at the surface.
+fn transmitted(surface: Surface, light: vec3<f32>, n_dot_l: f32) -> vec3<f32> {
+    let mirrored = light - surface.normal * (2.0 * n_dot_l);
+    let v_dot_h = min(0.5 * length(mirrored + surface.view), 1.0);
+    var taken = surface.specular + surface.fresnel_rise * fifth_power(1.0 - v_dot_h);
+    if FILM {
+        let fresnel = film_reflectance(v_dot_h, taken);
+        taken = vec3(max(fresnel.r, max(fresnel.g, fresnel.b)));
+    }
+    return lobes.through * (vec3(1.0) - taken);
+}
+
+// The share of that light which a sheen leaves.
+fn left_behind(n_dot_l: f32) -> f32 {
+    if !SHEEN {
+        return 1.0;
+    }
+    return min(left_by_sheen(lobes.at_view), left_by_sheen(sheen_share(max(-n_dot_l, MIN_COSINE))));
+}
+
+// `diffuse` of a surface for light at its back.
+fn through_base() -> vec3<f32> {
+    return lobes.through;
 }
 
 // The share of light from everywhere that other lobes leave to base and highlight, by the angle to the eye alone.

@@ -45,6 +45,7 @@ var<immediate> push: Push;
 @group(1) @binding(7) var sheen_texture: texture_2d_array<f32>;
 @group(1) @binding(8) var film_texture: texture_2d_array<f32>;
 @group(1) @binding(9) var anisotropy_texture: texture_2d_array<f32>;
+@group(1) @binding(10) var diffuse_transmission_texture: texture_2d_array<f32>;
 #endif
 #else
 @group(1) @binding(0) var base_color_texture: texture_2d<f32>;
@@ -58,6 +59,7 @@ var<immediate> push: Push;
 @group(1) @binding(7) var sheen_texture: texture_2d<f32>;
 @group(1) @binding(8) var film_texture: texture_2d<f32>;
 @group(1) @binding(9) var anisotropy_texture: texture_2d<f32>;
+@group(1) @binding(10) var diffuse_transmission_texture: texture_2d<f32>;
 #endif
 #endif
 // Each texture's sampler. Where a material's textures are all sampled alike, these are names of one, at binding 15.
@@ -72,6 +74,7 @@ var<immediate> push: Push;
 @group(1) @binding(23) var sheen_sampler: sampler;
 @group(1) @binding(24) var film_sampler: sampler;
 @group(1) @binding(25) var anisotropy_sampler: sampler;
+@group(1) @binding(26) var diffuse_transmission_sampler: sampler;
 #endif
 
 #ifdef EXTRAS
@@ -98,6 +101,7 @@ const SHININESS_SLOT: u32 = 6u; // host
 const SHEEN_SLOT: u32 = 7u; // host
 const FILM_SLOT: u32 = 8u; // host
 const ANISOTROPY_SLOT: u32 = 9u; // host
+const DIFFUSE_TRANSMISSION_SLOT: u32 = 10u; // host
 
 // Bits of TEXTURES in the passes: which of a material's textures exist. The variables of others are names of one that does, and are never
 // sampled. The bit of a slot is that of its binding.
@@ -110,6 +114,7 @@ const SHININESS: u32 = 64u; // host
 const SHEEN: u32 = 128u; // host
 const FILM: u32 = 256u; // host
 const ANISOTROPY: u32 = 512u; // host
+const DIFFUSE_TRANSMISSION: u32 = 1024u; // host
 
 // A material's values at a point, in its own terms.
 struct Point {
@@ -128,6 +133,7 @@ struct Point {
     sheen: vec4<f32>,
     film: vec4<f32>,
     anisotropy: vec3<f32>,
+    diffuse_transmission: vec4<f32>,
 #endif
 }
 
@@ -143,6 +149,8 @@ struct Uvs {
 #ifdef LOBES
     // And of the film and the anisotropy.
     of_film: vec4<f32>,
+    // And of diffuse transmission.
+    of_diffuse_transmission: vec2<f32>,
 #endif
     // The layer of each texture in which the instance's cell lies.
     layer: u32,
@@ -171,6 +179,7 @@ fn mapped_uvs(first: vec2<f32>, second: vec2<f32>, look: vec4<u32>) -> Uvs {
 #ifdef LOBES
         vec4(mapped_uv(6u, first, second), mapped_uv(7u, first, second)),
         vec4(mapped_uv(8u, first, second), mapped_uv(9u, first, second)),
+        mapped_uv(10u, first, second),
 #else
         vec4(mapped_uv(6u, first, second), 0.0, 0.0),
 #endif
@@ -190,6 +199,9 @@ fn uv_of(slot: u32, uvs: Uvs) -> vec2<f32> {
         pair = uvs.emissive_and_specular;
     }
 #ifdef LOBES
+    if slot == DIFFUSE_TRANSMISSION_SLOT {
+        return uvs.of_diffuse_transmission;
+    }
     if slot >= 8u {
         pair = uvs.of_film;
     }
@@ -286,6 +298,9 @@ fn point_at(uvs: Uvs, textures: u32) -> Point {
     if (textures & ANISOTROPY) != 0u {
         point.anisotropy = texel_of(ANISOTROPY_SLOT, anisotropy_texture, anisotropy_sampler, uvs).rgb;
     }
+    if (textures & DIFFUSE_TRANSMISSION) != 0u {
+        point.diffuse_transmission = texel_of(DIFFUSE_TRANSMISSION_SLOT, diffuse_transmission_texture, diffuse_transmission_sampler, uvs);
+    }
 #endif
     return point;
 }
@@ -305,6 +320,7 @@ fn plain_point() -> Point {
     point.film = vec4(1.0);
     // Along the tangent: 128 is the zero of a code.
     point.anisotropy = vec3(1.0, 128.0 / 255.0, 1.0);
+    point.diffuse_transmission = vec4(1.0);
 #endif
     return point;
 }

@@ -15,10 +15,10 @@
 #import afterlight::sky::{sky_light}
 #endif
 #ifdef LOBES
-#import afterlight::brdf::{ggx_lobe, half_vector}
-#import afterlight::lobes::{film_facing, film_reflectance, gathering, left_by_lobes, groove_facet, groove_lobe, groove_roughness, groove_weight, over_surface, scattered_by_lobes, FACETS, FILM, GROOVES}
+#import afterlight::brdf::{ggx_lobe, half_vector, PI}
+#import afterlight::lobes::{film_facing, film_reflectance, gathering, left_behind, left_by_lobes, groove_facet, groove_lobe, groove_roughness, groove_weight, over_surface, scattered_by_lobes, through_base, transmitted, DIFFUSE_TRANSMISSION, FACETS, FILM, GROOVES}
 #ifdef SKY_LIGHT
-#import afterlight::sky::{collected, even_sky, lobe_of_sky, lobe_share}
+#import afterlight::sky::{collected, even_sky, even_sky_behind, lobe_of_sky, lobe_share}
 #endif
 #endif
 
@@ -82,6 +82,11 @@ fn filmed_light(surface: Surface, to_light: vec3<f32>, n_dot_l: f32) -> vec3<f32
     return surface.diffuse * (vec3(1.0) - taken) + fresnel * lobe;
 }
 
+// True for light that arrives at the back of a surface which lets it through.
+fn is_behind(n_dot_l: f32) -> bool {
+    return DIFFUSE_TRANSMISSION && n_dot_l < 0.0;
+}
+
 // The surface as it reflects light from everywhere: under a film, with its reflectance at the angle of the eye.
 fn in_even_light(surface: Surface) -> Surface {
     var even = surface;
@@ -114,12 +119,15 @@ fn stretched_sky(surface: Surface, roughness: f32) -> vec3<f32> {
 #endif
 #endif
 
-// f(l, v).
+// f(l, v), with the sign of n.l: light at the back of a surface that lets it through is the product of two negative numbers.
 fn reflected(surface: Surface, model: Model, to_light: vec3<f32>, n_dot_l: f32) -> vec3<f32> {
     if model.textbook {
         return textbook_light(surface, brdf_of(surface, model), to_light, n_dot_l);
     }
 #ifdef LOBES
+    if is_behind(n_dot_l) {
+        return transmitted(surface, to_light, n_dot_l) * -left_behind(n_dot_l);
+    }
     var below = vec3(0.0);
     if FILM || GROOVES {
         below = filmed_light(surface, to_light, n_dot_l);
@@ -151,6 +159,13 @@ fn mirrored_ambient(surface: Surface, texel: Texel, model: Model) -> vec3<f32> {
 }
 
 #ifdef LOBES
+// Ambient light that comes through the surface from its back.
+fn ambient_through(surface: Surface, texel: Texel, model: Model) -> vec3<f32> {
+    let lobe = ambient_lobe(surface, brdf_of(surface, model), texel.roughness);
+    let behind = max((frame.ambient - frame.ambient_tilt * surface.normal.y) * texel.occlusion, vec3(0.0));
+    return behind * (through_base() * PI) * (vec3(1.0) - lobe);
+}
+
 // Ambient light that lobes beside base and highlight scatter.
 fn ambient_of_lobes(surface: Surface, texel: Texel) -> vec3<f32> {
     return max((frame.ambient + frame.ambient_tilt * surface.normal.y) * texel.occlusion, vec3(0.0)) * scattered_by_lobes();
@@ -158,18 +173,36 @@ fn ambient_of_lobes(surface: Surface, texel: Texel) -> vec3<f32> {
 #endif
 
 #ifdef LIGHTS
+// True where a light falls on the surface, by any number with the sign of n.l.
+fn is_lit_by(facing: f32) -> bool {
+#ifdef LOBES
+    return facing > 0.0 || is_behind(facing);
+#else
+    return facing > 0.0;
+#endif
+}
+
+// The normal of the side that a light falls on, where its shadows are looked up: from the other one the surface would lie in its own shadow.
+fn lit_side(texel: Texel, n_dot_l: f32) -> vec3<f32> {
+#ifdef LOBES
+    return select(texel.geometric_normal, -texel.geometric_normal, is_behind(n_dot_l));
+#else
+    return texel.geometric_normal;
+#endif
+}
+
 // The addend of directional light number `i`.
 // ANCHOR: directional-light
 fn directional_light(i: u32, surface: Surface, texel: Texel, model: Model) -> vec3<f32> {
     let to_light = lights[i].position;
     let n_dot_l = dot(surface.normal, to_light);
-    if n_dot_l <= 0.0 {
+    if !is_lit_by(n_dot_l) {
         return vec3(0.0);
     }
     var light = lights[i].color * (n_dot_l * reflected(surface, model, to_light, n_dot_l));
 #ifdef SHADOW
     if model.directional_shadows && texel.receives {
-        light *= visibility(lights[i].falloff, texel.position, texel.geometric_normal, to_light, model.shadow_filter);
+        light *= visibility(lights[i].falloff, texel.position, lit_side(texel, n_dot_l), to_light, model.shadow_filter);
     }
 #endif
     return light;
@@ -186,18 +219,18 @@ fn lit(i: u32, reach: Reach, n_dot_l: f32, surface: Surface, texel: Texel, model
     var share = reach.strength * n_dot_l;
 #ifdef SHADOW
     if model.punctual_shadows && texel.receives {
-        share *= visibility(lights[i].falloff, texel.position, texel.geometric_normal, reach.to_light, model.shadow_filter);
+        share *= visibility(lights[i].falloff, texel.position, lit_side(texel, n_dot_l), reach.to_light, model.shadow_filter);
     }
 #endif
     return lights[i].color * (share * reflected(surface, model, reach.to_light, n_dot_l));
 }
 
-// Adds the light of point or spot light number `i` where it is wanted; exactly zero out of its range, its cone, and behind the surface.
+// Adds the light of point or spot light number `i` where it is wanted; exactly zero out of its range, its cone, and behind an opaque surface.
 fn add_punctual(radiance: ptr<function, vec3<f32>>, i: u32, wanted: bool, surface: Surface, texel: Texel, model: Model) {
     if is_beam(lights[i], model.traits) {
         let reach = reach_of_beam(lights[i], texel.position, model.traits);
         let n_dot_l = dot(surface.normal, reach.to_light);
-        if wanted && n_dot_l > 0.0 && reach.strength > 0.0 {
+        if wanted && is_lit_by(n_dot_l) && reach.strength > 0.0 {
             *radiance += lit(i, reach, n_dot_l, surface, texel, model);
         }
         return;
@@ -206,7 +239,7 @@ fn add_punctual(radiance: ptr<function, vec3<f32>>, i: u32, wanted: bool, surfac
     let facing = dot(surface.normal, offset);
     let distance_squared = dot(offset, offset);
     // Asked before the square root, since lavapipe branches where no lane of a vector goes on, and half of all lights are behind a wall's surface.
-    if wanted && facing > 0.0 && within_range(lights[i], distance_squared, model.traits) {
+    if wanted && is_lit_by(facing) && within_range(lights[i], distance_squared, model.traits) {
         let way = way_of(offset, distance_squared);
         let strength = strength_after(way, lights[i], model.falloff, model.traits);
         if (model.traits & CONES) == 0u || strength > 0.0 {
@@ -237,7 +270,12 @@ fn light_everywhere(surface: Surface, texel: Texel, model: Model, which: Everywh
     var radiance = vec3(0.0);
     if which.ambient {
 #ifdef LOBES
-        radiance += ambient_light(in_even_light(surface), texel, model) * left_by_lobes() + ambient_of_lobes(surface, texel);
+        let own = in_even_light(surface);
+        var below = ambient_light(own, texel, model);
+        if DIFFUSE_TRANSMISSION {
+            below += ambient_through(own, texel, model);
+        }
+        radiance += below * left_by_lobes() + ambient_of_lobes(surface, texel);
 #else
         radiance += ambient_light(surface, texel, model);
 #endif
@@ -251,6 +289,10 @@ fn light_everywhere(surface: Surface, texel: Texel, model: Model, which: Everywh
         let own = collected(even, texel.roughness);
         let stretched = stretched_sky(surface, texel.roughness) - own.lobe * frame.sky_scale;
         below = max(below + own.single * stretched * lobe_share(), vec3(0.0));
+    }
+    if DIFFUSE_TRANSMISSION {
+        let own = collected(even, texel.roughness);
+        below += through_base() * PI * (vec3(1.0) - own.single - own.again) * even_sky_behind(surface.normal, texel);
     }
     below *= left_by_lobes();
     let toward = gathering(surface.normal, surface.view, surface.n_dot_v);

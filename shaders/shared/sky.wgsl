@@ -156,6 +156,32 @@ fn even_sky(normal: vec3<f32>) -> vec3<f32> {
     return textureSampleLevel(sky_base, sky_sampler, to_sky(normal), 0.0).rgb * (frame.sky_scale * share);
 }
 
+#ifdef LOBES
+// The same of light that arrives at the back of a surface: with shadows of its own, as light comes from the other half of the sky.
+fn even_sky_behind(normal: vec3<f32>, texel: Texel) -> vec3<f32> {
+    var share = vec3(1.0);
+#ifdef SHADOW
+    var base = vec3(0.0);
+    var sum = vec3(0.0);
+    for (var i = 0u; i < SKY_SHADOWS; i++) {
+        let own = sky_directions[i];
+        let cosine = -dot(normal, own.to_light);
+        if cosine <= 0.0 {
+            continue;
+        }
+        var seen = 1.0;
+        if texel.receives {
+            seen = visibility_in(shadow_views[SKY_MAP + i], texel.position, -texel.geometric_normal, BOX_TWO);
+        }
+        base += own.lux * (cosine * seen);
+        sum += own.lux * cosine;
+    }
+    share = select(share, base / sum, sum > vec3(0.0));
+#endif
+    return textureSampleLevel(sky_base, sky_sampler, to_sky(-normal), 0.0).rgb * (frame.sky_scale * share);
+}
+#endif
+
 // The share of a lobe's light of the sky that arrives. After `sky_light`, which finds it.
 fn lobe_share() -> f32 {
 #ifdef SHADOW

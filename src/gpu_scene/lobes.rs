@@ -39,13 +39,13 @@ const _: () = {
 };
 
 /// `LobeRow` of the shader.
-type LobeRow = [Vec4; 6];
+type LobeRow = [Vec4; 7];
 
 /// The rows of a frame's materials, in the plan's order.
 pub(super) fn rows(world: &World, plan: &FramePlan) -> Vec<LobeRow> {
     let materials = plan.effects.lobes.iter().flat_map(|own| &own.materials);
     let row = |&material: &usize| {
-        let Material { sheen, film, anisotropy, refraction, .. } = &world.materials[material];
+        let Material { sheen, film, anisotropy, diffuse_transmission, refraction, .. } = &world.materials[material];
         let glass = refraction.unwrap_or_default();
         let [least, most] = film.nanometres;
         let (sin, cos) = f64::from(anisotropy.rotation).sin_cos();
@@ -53,6 +53,7 @@ pub(super) fn rows(world: &World, plan: &FramePlan) -> Vec<LobeRow> {
             sheen.color.extend(sheen.roughness),
             Vec4::new(film.strength, film.ior, least, most),
             Vec4::new(anisotropy.strength, cos as f32, sin as f32, 0.0),
+            diffuse_transmission.color.extend(diffuse_transmission.strength),
             Vec4::new(glass.ior, glass.thickness, glass.iors()[2] - glass.ior, 0.0),
             glass.absorption().extend(0.0),
             (world.environment.background * world.exposure).min(glam::Vec3::splat(plan.largest_light())).extend(0.0),

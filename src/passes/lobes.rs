@@ -151,7 +151,7 @@ mod tests {
             matches!((PASS.presence)(&with), Presence::In(_)) && matches!((PASS.presence)(&without), Presence::Out(_))
         );
         // Without a lobe the slots of lobes are not there: no texture, no row of a UV map.
-        assert_eq!((with.textures.mapped_slots, without.textures.mapped_slots), (10, 7));
+        assert_eq!((with.textures.mapped_slots, without.textures.mapped_slots), (11, 7));
         assert!(without.textures.images.len() < with.textures.images.len());
     }
 

@@ -417,6 +417,7 @@ fn lit_constants(plan: &FramePlan, key: GeometryKey, desc: &LitDesc) -> Vec<(u32
         (constants::BRDF, forward.map_or(0, |forward| forward.brdf as u32)),
         (constants::PHONG, u32::from(key.phong)),
         (constants::REFLECTANCE, u32::from(key.reflectance)),
+        (constants::DIFFUSE_TRANSMISSION, u32::from(key.lobes.contains(LobeMask::DIFFUSE_TRANSMISSION))),
         (constants::GROOVES, u32::from(key.lobes.contains(LobeMask::GROOVES))),
         (constants::FILM, u32::from(key.lobes.contains(LobeMask::FILM))),
         (constants::SHEEN, u32::from(key.lobes.contains(LobeMask::SHEEN))),

@@ -33,7 +33,8 @@ codes! {
     TextureSlot: BaseColor = material::BASE_COLOR_SLOT, Normal = material::NORMAL_SLOT,
     MetallicRoughness = material::METALLIC_ROUGHNESS_SLOT, Occlusion = material::OCCLUSION_SLOT,
     Emissive = material::EMISSIVE_SLOT, Specular = material::SPECULAR_SLOT, Shininess = material::SHININESS_SLOT,
-    Sheen = material::SHEEN_SLOT, Film = material::FILM_SLOT, Anisotropy = material::ANISOTROPY_SLOT
+    Sheen = material::SHEEN_SLOT, Film = material::FILM_SLOT, Anisotropy = material::ANISOTROPY_SLOT,
+    DiffuseTransmission = material::DIFFUSE_TRANSMISSION_SLOT
 }
 
 const _: () = {
@@ -59,4 +60,5 @@ const _: () = {
     assert!(material::SHININESS == 1 << material::SHININESS_SLOT && seen::SHININESS == material::SHININESS);
     assert!(material::SHEEN == 1 << material::SHEEN_SLOT && material::FILM == 1 << material::FILM_SLOT);
     assert!(material::ANISOTROPY == 1 << material::ANISOTROPY_SLOT);
+    assert!(material::DIFFUSE_TRANSMISSION == 1 << material::DIFFUSE_TRANSMISSION_SLOT);
 };

@@ -28,6 +28,8 @@ pub fn radiance(material: &Material, lights: &[Light], point: DVec3, normal: DVe
             film_nanometres: f64::from(material.film.nanometres[1]),
             anisotropy: 0.0,
             across: DVec3::X,
+            transmitting: f64::from(material.diffuse_transmission.strength),
+            transmission: material.diffuse_transmission.color.as_dvec3(),
         },
         occlusion: 1.0,
         emissive: DVec3::ZERO,
@@ -35,7 +37,14 @@ pub fn radiance(material: &Material, lights: &[Light], point: DVec3, normal: DVe
         receives_shadow: false,
     };
     let environment = Environment::default();
-    let illumination =
-        Illumination { lights, environment: &environment, eye, open: 1.0, sky: None, smith: Smith::default() };
+    let illumination = Illumination {
+        lights,
+        environment: &environment,
+        eye,
+        open: 1.0,
+        open_behind: 1.0,
+        sky: None,
+        smith: Smith::default(),
+    };
     light::radiance::<f64>(&surface, &illumination, &mut |_| 1.0)
 }

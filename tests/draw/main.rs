@@ -21,6 +21,7 @@ mod froxels;
 mod gbuffer;
 #[cfg(feature = "report")]
 mod golden;
+mod leaves;
 mod lens;
 #[cfg(feature = "report")]
 mod levels;

@@ -17,8 +17,8 @@ use afterlight::gpu::MemoryKind;
 use afterlight::plan::{FramePlan, PartGroup};
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
-    AlphaMode, Anisotropy, BlockFormat, Brdf, ColorSpace, Environment, Falloff, HdrFormat, Keep, LightPath, Material,
-    OptionalPart as P, Scene, Settings, Sheen, Texels, Texture, TextureSlot, ThinFilm, UvMap,
+    AlphaMode, Anisotropy, BlockFormat, Brdf, ColorSpace, DiffuseTransmission, Environment, Falloff, HdrFormat, Keep,
+    LightPath, Material, OptionalPart as P, Scene, Settings, Sheen, Texels, Texture, TextureSlot, ThinFilm, UvMap,
 };
 use glam::{DAffine3, DVec3, Vec3};
 
@@ -230,7 +230,7 @@ fn cases() -> Vec<Case> {
         // With a texture in every slot of one or the other, and lamps of every fall-off.
         case(Clustered, &[P::Transparent, P::UnusedTextures], {
             let slots = |m: &mut Material| {
-                for (slot, own) in TextureSlot::ALL.into_iter().zip([0, 1, 2, 2, 0, 0, 2, 0, 2, 2]) {
+                for (slot, own) in TextureSlot::ALL.into_iter().zip([0, 1, 2, 2, 0, 0, 2, 0, 2, 2, 0]) {
                     *m.texture_mut(slot) = Some(own);
                 }
             };
@@ -238,6 +238,7 @@ fn cases() -> Vec<Case> {
                 sheen: Sheen { color: Vec3::splat(0.5), roughness: 0.4 },
                 film: ThinFilm { strength: 0.5, ..ThinFilm::NONE },
                 anisotropy: Anisotropy { strength: 0.5, rotation: 1.0 },
+                diffuse_transmission: DiffuseTransmission { strength: 0.5, color: Vec3::ONE },
                 ..Material::default()
             };
             let (mut first, mut second) = (Material { emissive: Vec3::ONE, ..lobes }, phong_again);

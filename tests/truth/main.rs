@@ -10,6 +10,7 @@ mod catalogue;
 mod compare;
 mod cross_check;
 mod formulas;
+mod leaves;
 mod lens;
 mod looks;
 mod materials;

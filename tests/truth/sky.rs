@@ -305,6 +305,7 @@ fn half_a_sky_lights_by_the_cosine() {
             environment: &environment,
             eye: DVec3::ZERO,
             open: 1.0,
+            open_behind: 1.0,
             sky: Some(&half),
             smith: Smith::default(),
         };

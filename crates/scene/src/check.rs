@@ -206,6 +206,8 @@ impl Material {
             // Infinite where nothing is absorbed.
             number("attenuation_distance", glass.distance.min(f32::MAX), f32::MIN_POSITIVE..=f32::MAX),
             number("dispersion", glass.dispersion, POSITIVE),
+            number("diffuse_transmission", self.diffuse_transmission.strength, SHARE),
+            ("diffuse_transmission_color", self.diffuse_transmission.color, SHARE),
             ("emissive", self.emissive, POSITIVE),
             number("alpha", self.alpha, SHARE),
             number("alpha_cutoff", cutoff, SHARE),

@@ -75,7 +75,7 @@ pub use light::{
 };
 #[cfg(feature = "readers")]
 pub use load::{OpenOptions, Up, open};
-pub use lobes::{Anisotropy, MIN_SHEEN_ROUGHNESS, MOST_DISPERSION, Refraction, Sheen, ThinFilm};
+pub use lobes::{Anisotropy, DiffuseTransmission, MIN_SHEEN_ROUGHNESS, MOST_DISPERSION, Refraction, Sheen, ThinFilm};
 pub use look::{HIGHLIGHT, HIGHLIGHT_SHARE, Look, MAX_ATLAS_EDGE};
 pub(crate) use material::FORMS;
 pub use material::{AlphaMode, Brdf, DIELECTRIC, Material, SlotForm, TextureSlot, UvMap, scaled};

@@ -70,6 +70,32 @@ impl Anisotropy {
     }
 }
 
+/// A thin surface, as a leaf or a lampshade, that lets a share of the light through diffusely (KHR_materials_diffuse_transmission): light that arrives at its back
+/// leaves its front evenly. Cook-Torrance materials alone have it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DiffuseTransmission {
+    /// Share of the base that transmits in place of reflecting, 0 to 1; 0 is an opaque surface.
+    pub strength: f32,
+    /// Colour of the transmitted light, 0 to 1; the base colour is that of the reflected light.
+    pub color: Vec3,
+}
+
+impl DiffuseTransmission {
+    /// A surface that lets no light through.
+    pub const NONE: Self = Self { strength: 0.0, color: Vec3::ONE };
+
+    /// Returns true if the base reflects less because of it.
+    pub fn is_seen(&self) -> bool {
+        self.strength > 0.0
+    }
+}
+
+impl Default for DiffuseTransmission {
+    fn default() -> Self {
+        Self::NONE
+    }
+}
+
 impl Default for Anisotropy {
     fn default() -> Self {
         Self::NONE

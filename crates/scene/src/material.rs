@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3, Vec3};
 
 use super::settings::choice;
-use super::{Anisotropy, ColorSpace, OptionalPart, Refraction, Sheen, ThinFilm};
+use super::{Anisotropy, ColorSpace, DiffuseTransmission, OptionalPart, Refraction, Sheen, ThinFilm};
 
 choice! {
     /// A reflection model (docs/FORMULAS.md has the formulas; `shaders/shared/brdf.wgsl` is the code).
@@ -66,11 +66,13 @@ pub enum TextureSlot {
     Film,
     /// Of an anisotropy: its direction in red and green, where 128 is 0 as in a normal map, and its strength in blue. Linear.
     Anisotropy,
+    /// Of diffuse transmission: sRGB colour. Linear alpha is its strength.
+    DiffuseTransmission,
 }
 
 impl TextureSlot {
     /// All slots, in order.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::BaseColor,
         Self::Normal,
         Self::MetallicRoughness,
@@ -81,6 +83,7 @@ impl TextureSlot {
         Self::Sheen,
         Self::Film,
         Self::Anisotropy,
+        Self::DiffuseTransmission,
     ];
 
     /// The number of slots whose textures a G-buffer has the values of. The slots after them belong to [lobes](super::Sheen).
@@ -123,7 +126,7 @@ const RED: [bool; 4] = [true, false, false, false];
 const RGB: [bool; 4] = [true, true, true, false];
 
 /// In the order of [`TextureSlot`]. White is neutral to all but normal maps.
-pub(crate) const FORMS: [SlotForm; 10] = [
+pub(crate) const FORMS: [SlotForm; 11] = [
     SlotForm {
         key: "base_color_texture",
         name: "base colour textures",
@@ -265,6 +268,20 @@ pub(crate) const FORMS: [SlotForm; 10] = [
         get: |material| material.anisotropy_texture,
         get_mut: |material| &mut material.anisotropy_texture,
     },
+    SlotForm {
+        key: "diffuse_transmission_texture",
+        name: "diffuse transmission textures",
+        part: OptionalPart::DiffuseTransmissionTextures,
+        color_space: ColorSpace::Srgb,
+        channels: [true; 4],
+        phong: Some(false),
+        fold: |material, color| {
+            let DiffuseTransmission { strength, color: own } = &mut material.diffuse_transmission;
+            (*own, *strength) = (times(*own, color), scaled(*strength, color[3]));
+        },
+        get: |material| material.diffuse_transmission_texture,
+        get_mut: |material| &mut material.diffuse_transmission_texture,
+    },
 ];
 
 /// A factor of a material times the value of a texel, which both are of f32: rounded once.
@@ -351,6 +368,8 @@ pub struct Material {
     pub film: ThinFilm,
     /// The stretching of its highlight; of strength 0 where it has none.
     pub anisotropy: Anisotropy,
+    /// The light that it lets through; of strength 0 where it lets none.
+    pub diffuse_transmission: DiffuseTransmission,
     /// The way of light through it, where it is of glass that bends, blurs or tints light.
     pub refraction: Option<Refraction>,
     /// True if it emits its base colour, in nits, in any light, and reflects nothing (KHR_materials_unlit).
@@ -380,6 +399,8 @@ pub struct Material {
     pub film_texture: Option<usize>,
     /// Turns the direction of `anisotropy`, and multiplies its strength.
     pub anisotropy_texture: Option<usize>,
+    /// Multiplies the colour of `diffuse_transmission`, and its strength by alpha.
+    pub diffuse_transmission_texture: Option<usize>,
 }
 
 impl Default for Material {
@@ -403,6 +424,7 @@ impl Default for Material {
             sheen: Sheen::NONE,
             film: ThinFilm::NONE,
             anisotropy: Anisotropy::NONE,
+            diffuse_transmission: DiffuseTransmission::NONE,
             refraction: None,
             unlit: false,
             atlas: [1, 1],
@@ -417,6 +439,7 @@ impl Default for Material {
             sheen_texture: None,
             film_texture: None,
             anisotropy_texture: None,
+            diffuse_transmission_texture: None,
         }
     }
 }
@@ -461,8 +484,8 @@ impl Material {
 
     /// Returns true if it has a lobe beside its base and its highlight where it is drawn with this model.
     pub fn has_lobes(&self, model: Brdf) -> bool {
-        let is_seen =
-            self.sheen.is_seen() || self.film.is_seen() || self.anisotropy.is_seen() || self.refracts(model).is_some();
+        let is_over = self.sheen.is_seen() || self.film.is_seen() || self.anisotropy.is_seen();
+        let is_seen = is_over || self.diffuse_transmission.is_seen() || self.refracts(model).is_some();
         model == Brdf::CookTorrance && self.alpha_mode != AlphaMode::Coat && is_seen
     }
 

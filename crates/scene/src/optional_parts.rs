@@ -85,6 +85,8 @@ optional_parts! {
     FilmTextures = "film-textures",
     /// The sampling of textures of an anisotropy by materials that have an anisotropy and no such texture.
     AnisotropyTextures = "anisotropy-textures",
+    /// The sampling of textures of diffuse transmission by materials that transmit and have no such texture.
+    DiffuseTransmissionTextures = "diffuse-transmission-textures",
     /// Textures of materials that no drawn object has, and those that no pipeline samples.
     UnusedTextures = "unused-textures",
     /// The texels of textures that the device can sample in the blocks of their files.

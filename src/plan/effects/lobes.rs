@@ -8,7 +8,7 @@ use crate::plan::effect::{Effect, EffectRequest, LightReaders, Variation};
 use crate::plan::parts::part;
 use crate::plan::surfaces::lobes_are_drawn;
 use crate::plan::{FramePlan, PartGroup, Shading, SurfaceRules};
-use crate::scene::{Anisotropy, Scene, Settings, Sheen, ThinFilm, counted};
+use crate::scene::{Anisotropy, DiffuseTransmission, Scene, Settings, Sheen, ThinFilm, counted};
 use crate::shaders::shared::lobes::SHEEN_SHARES;
 
 /// The name of its line in `inspect`.
@@ -44,6 +44,7 @@ pub(crate) const EFFECT: Effect = Effect {
         Variation::with("with a sheen", dress_in_velvet, |_| {}),
         Variation::with("under thin films", lay_films, |_| {}),
         Variation::with("with grooves", brush, |_| {}),
+        Variation::with("letting light through", make_leaves, |_| {}),
     ],
     ..Effect::PLAIN
 };
@@ -56,6 +57,11 @@ fn dress_in_velvet(scene: &mut Scene) {
 fn brush(scene: &mut Scene) {
     let anisotropy = Anisotropy { strength: 0.75, rotation: 0.5 };
     scene.materials.iter_mut().for_each(|material| material.anisotropy = anisotropy);
+}
+
+fn make_leaves(scene: &mut Scene) {
+    let diffuse_transmission = DiffuseTransmission { strength: 0.5, color: Vec3::new(0.6, 0.8, 0.2) };
+    scene.materials.iter_mut().for_each(|material| material.diffuse_transmission = diffuse_transmission);
 }
 
 fn lay_films(scene: &mut Scene) {
@@ -89,9 +95,9 @@ impl LobesPlan {
         (!materials.is_empty()).then(|| Self { materials: materials.into_iter().collect() })
     }
 
-    /// Bytes of the buffer of one frame: the table of shares, and 24 floats a material.
+    /// Bytes of the buffer of one frame: the table of shares, and 28 floats a material.
     pub fn bytes(&self) -> u64 {
-        4 * u64::from(SHEEN_SHARES) + 96 * self.materials.len() as u64
+        4 * u64::from(SHEEN_SHARES) + 112 * self.materials.len() as u64
     }
 
     /// The row of a material.

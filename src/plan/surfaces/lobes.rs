@@ -19,6 +19,8 @@ impl LobeMask {
     pub const GROOVES: Self = Self(4);
     /// [`Material::refraction`].
     pub const GLASS: Self = Self(8);
+    /// [`Material::diffuse_transmission`].
+    pub const DIFFUSE_TRANSMISSION: Self = Self(16);
 
     /// Returns true if it has all lobes of the other one.
     pub fn contains(self, other: Self) -> bool {
@@ -36,6 +38,7 @@ impl LobeMask {
             (material.film.is_seen(), Self::FILM),
             (material.anisotropy.is_seen(), Self::GROOVES),
             (material.refracts(model).is_some(), Self::GLASS),
+            (material.diffuse_transmission.is_seen(), Self::DIFFUSE_TRANSMISSION),
         ];
         let own = own.into_iter().filter(|(seen, _)| *seen && material.has_lobes(model));
         own.fold(Self::NONE, |all, (_, lobe)| Self(all.0 | lobe.0))
@@ -65,6 +68,7 @@ impl SurfaceRules<'_> {
             TextureSlot::Film if self.lobes_of(material).contains(LobeMask::GLASS) => LobeMask::GLASS,
             TextureSlot::Film => LobeMask::FILM,
             TextureSlot::Anisotropy => LobeMask::GROOVES,
+            TextureSlot::DiffuseTransmission => LobeMask::DIFFUSE_TRANSMISSION,
             _ => return false,
         };
         self.lobes_of(material).contains(lobe)

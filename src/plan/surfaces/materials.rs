@@ -10,8 +10,8 @@ use glam::Vec3;
 
 use super::TextureMask;
 use crate::scene::{
-    AlphaMode, Anisotropy, Brdf, ChannelTarget, ColorSpace, Material, MaterialValue, Mesh, Object, OptionalPart,
-    Sampler, Scene, Settings, Sheen, Texture, TextureSlot, ThinFilm, View, scaled,
+    AlphaMode, Anisotropy, Brdf, ChannelTarget, ColorSpace, DiffuseTransmission, Material, MaterialValue, Mesh, Object,
+    OptionalPart, Sampler, Scene, Settings, Sheen, Texture, TextureSlot, ThinFilm, View, scaled,
 };
 
 /// Materials as they are drawn, and the record of their simplification.
@@ -94,6 +94,7 @@ impl EffectiveMaterials {
         if !own.has_lobes(own.model(self.brdf_override)) {
             (own.sheen, own.film, own.anisotropy) = (Sheen::NONE, ThinFilm::NONE, Anisotropy::NONE);
             own.refraction = None;
+            own.diffuse_transmission = DiffuseTransmission::NONE;
         }
         // Only the front of a body is seen: what lies behind it comes through it.
         if own.refracts(own.model(self.brdf_override)).is_some_and(|glass| glass.thickness > 0.0) {
@@ -340,7 +341,7 @@ mod tests {
         let mut material = samples::textured(Brdf::Phong);
         (material.metallic, material.specular, material.emissive) = (0.5, Vec3::ONE, Vec3::splat(2.0));
         (material.ambient, material.roughness, material.shininess) = (0.5, 0.5, 50.0);
-        let spaces = [0, 1, 1, 1, 0, 0, 1, 0, 1, 1]
+        let spaces = [0, 1, 1, 1, 0, 0, 1, 0, 1, 1, 0]
             .map(|linear| if linear == 1 { ColorSpace::Linear } else { ColorSpace::Srgb });
         let (own, effective) = drawn_with(material.clone(), spaces.map(grey).to_vec(), &Settings::default());
         let linear = 0.215_860_5;
@@ -352,10 +353,28 @@ mod tests {
         assert_eq!(own.alpha, 1.0, "an opaque material does not look at alpha");
         let left: Vec<_> = own.textures().collect();
         assert_eq!(left, [(TextureSlot::Normal, 1)], "a normal that leans all over is no neutral one");
-        assert_eq!(effective.constant, BTreeSet::from([0, 2, 3, 4, 5, 6, 7, 8, 9]));
+        assert_eq!(effective.constant, BTreeSet::from([0, 2, 3, 4, 5, 6, 7, 8, 9, 10]));
         let (kept, effective) =
             drawn_with(material.clone(), spaces.map(grey).to_vec(), &keeping(OptionalPart::ConstantTextures));
-        assert_eq!((kept, effective.constant.len()), (material, 9));
+        assert_eq!((kept, effective.constant.len()), (material, 10));
+    }
+
+    #[test]
+    fn a_leafs_texture_of_one_colour_is_in_its_tint_and_in_the_share_that_comes_through() {
+        let through = DiffuseTransmission { strength: 0.5, color: Vec3::new(1.0, 0.5, 1.0) };
+        let leaf = Material {
+            diffuse_transmission: through,
+            diffuse_transmission_texture: Some(0),
+            ..samples::material(Brdf::CookTorrance)
+        };
+        let grey = texture(ColorSpace::Srgb, &[[128, 255, 0, 51]; 3]);
+        let own = drawn(leaf.clone(), vec![grey.clone()]);
+        let DiffuseTransmission { strength, color } = own.diffuse_transmission;
+        assert!((color - Vec3::new(0.215_860_5, 0.5, 0.0)).abs().max_element() < 1e-6, "{color}");
+        assert_eq!((strength, own.diffuse_transmission_texture), (0.1, None));
+        // A surface that has no lobes keeps none of it.
+        let phong = drawn(Material { brdf: Brdf::Phong, ..leaf }, vec![grey]);
+        assert_eq!(phong.diffuse_transmission.strength, 0.0);
     }
 
     #[test]
@@ -363,22 +382,33 @@ mod tests {
         let material = samples::textured(Brdf::CookTorrance);
         let varying = |texels: [[u8; 4]; 2]| {
             let linear = |_| texture(ColorSpace::Linear, &texels);
-            let own = drawn(material.clone(), (0..10).map(linear).collect());
+            let own = drawn(material.clone(), (0..11).map(linear).collect());
             own.textures().map(|(slot, _)| slot).collect::<Vec<_>>()
         };
         use TextureSlot::*;
-        assert_eq!(varying([[9, 9, 9, 0], [9, 9, 9, 255]]), [Normal, Sheen]);
+        assert_eq!(varying([[9, 9, 9, 0], [9, 9, 9, 255]]), [Normal, Sheen, DiffuseTransmission]);
         assert_eq!(
             varying([[9, 9, 9, 9], [0, 9, 9, 9]]),
-            [BaseColor, Normal, Occlusion, Emissive, Specular, Sheen, Film, Anisotropy]
+            [BaseColor, Normal, Occlusion, Emissive, Specular, Sheen, Film, Anisotropy, DiffuseTransmission]
         );
         assert_eq!(
             varying([[9, 9, 9, 9], [9, 0, 9, 9]]),
-            [BaseColor, Normal, MetallicRoughness, Emissive, Specular, Shininess, Sheen, Film, Anisotropy]
+            [
+                BaseColor,
+                Normal,
+                MetallicRoughness,
+                Emissive,
+                Specular,
+                Shininess,
+                Sheen,
+                Film,
+                Anisotropy,
+                DiffuseTransmission,
+            ]
         );
         assert_eq!(
             varying([[128, 128, 255, 9], [128, 128, 250, 9]]),
-            [BaseColor, MetallicRoughness, Emissive, Specular, Sheen, Film, Anisotropy]
+            [BaseColor, MetallicRoughness, Emissive, Specular, Sheen, Film, Anisotropy, DiffuseTransmission]
         );
     }
 

@@ -321,7 +321,7 @@ mod tests {
         use TextureSource::Scene as Of;
         // Nothing emits and nothing is in ambient light; the first has no Ks, the second no metallic.
         assert_eq!(sources(&scene, &Settings::default()), [Of(0), Of(1), Of(2), Of(5), Of(6)]);
-        let all = (0..10).map(Of).collect::<Vec<_>>();
+        let all = (0..11).map(Of).collect::<Vec<_>>();
         assert_eq!(sources(&scene, &keeping(&[OptionalPart::UnusedTextures])), all);
         let view = Settings { view: View::Overdraw, ..Settings::default() };
         assert_eq!(sources(&scene, &view), []);

@@ -4,6 +4,7 @@ mod builtin;
 mod clips;
 mod document;
 mod emitters;
+mod lobes;
 mod path;
 mod refused;
 mod sky;
@@ -164,7 +165,9 @@ fn every_key_does_what_it_says() {
     assert_eq!((paint.sheen.color, paint.sheen.roughness), (Vec3::new(0.5, 0.25, 1.0), 0.25));
     assert_eq!((paint.film.strength, paint.film.ior, paint.film.nanometres), (0.5, 1.25, [200.0, 500.0]));
     assert_eq!((paint.anisotropy.strength, paint.anisotropy.rotation), (0.75, std::f32::consts::PI));
-    // The same file as colour and as numbers is two textures, not ten; sampled otherwise it is another one.
+    let through = paint.diffuse_transmission;
+    assert_eq!((through.strength, through.color), (0.5, Vec3::new(0.25, 0.5, 1.0)));
+    // The same file as colour and as numbers is two textures, not eleven; sampled otherwise it is another one.
     assert_eq!(scene.textures.len(), 3);
     let poster = &scene.materials[material("poster")];
     let third = 1.0f32 / 9.0;

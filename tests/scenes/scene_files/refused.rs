@@ -240,6 +240,17 @@ fn a_number_out_of_range_is_refused_with_the_range() {
             "[[materials]]\nname='a'\nroughness = 1.01",
             "scene.toml:3: materials[0].roughness = 1.01: must be from 0 to 1",
         ),
+        ("[[materials]]\nname='a'\nfilm_ior = 0.5", "materials[0].film_ior = 0.5: must be from 1 to 100"),
+        ("[[materials]]\nname='a'\nfilm_thickness = [1]", "materials[0].film_thickness = [1]: must be [least, most]"),
+        ("[[materials]]\nname='a'\nanisotropy = -0.5", "materials[0].anisotropy = -0.5: must be from 0 to 1"),
+        (
+            "[[materials]]\nname='a'\ndiffuse_transmission = 1.5",
+            "materials[0].diffuse_transmission = 1.5: must be from 0 to 1",
+        ),
+        (
+            "[[materials]]\nname='a'\ndiffuse_transmission_color = [0, 2, 0]",
+            "materials[0].diffuse_transmission_color[1] = 2: must be from 0 to 1",
+        ),
         ("[[materials]]\nname='a'\nbase_color = [0, 0, 2]", "materials[0].base_color[2] = 2: must be from 0 to 1"),
         (
             "[[materials]]\nname='a'\nshininess_texture = 'no.png'",

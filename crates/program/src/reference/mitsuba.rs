@@ -114,7 +114,7 @@ fn bsdf(index: usize, material: &Material, brdf: Brdf) -> Result<String, String>
         return refused("emitted light");
     }
     if material.has_lobes(brdf) {
-        return refused("a sheen, a film, an anisotropy or glass that bends light");
+        return refused("a sheen, a film, an anisotropy, diffuse transmission or glass that bends light");
     }
     if material.alpha_mode != AlphaMode::Opaque {
         return refused("an `alpha_mode` other than \"opaque\"");

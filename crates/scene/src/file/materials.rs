@@ -145,6 +145,9 @@ fn change(table: &Table, material: &mut Material) -> Result<(), Error> {
     material.anisotropy.strength = share("anisotropy", material.anisotropy.strength)?;
     let turn = table.read("anisotropy_rotation_degrees", |node| node.number_f32(FACTOR))?;
     material.anisotropy.rotation = turn.map_or(material.anisotropy.rotation, f32::to_radians);
+    let through = &mut material.diffuse_transmission;
+    through.strength = share("diffuse_transmission", through.strength)?;
+    through.color = color("diffuse_transmission_color", through.color)?;
     material.film.nanometres = table.read("film_thickness", thickness)?.unwrap_or(material.film.nanometres);
     let strength = table.read("emissive_strength", |node| node.number_f32(STRENGTH))?.unwrap_or(1.0);
     let emissive = table.read("emissive", |node| node.color(STRENGTH))?;

@@ -7,6 +7,7 @@
 mod clips;
 mod emitters;
 mod lights;
+mod lobes;
 mod materials;
 mod models;
 mod node;
@@ -97,6 +98,7 @@ pub fn parse(text: &str, path: &Path, options: &OpenOptions) -> Result<Scene, Er
         dress.put_on(&mut scene)?;
     }
     add_tangents(&mut scene);
+    lobes::warn(&root, &mut scene)?;
     let first_light = light_and_view(&root, &mut scene, folder, options)?;
     let emitters = root.list("emitters")?;
     for (index, node) in emitters.iter().enumerate() {

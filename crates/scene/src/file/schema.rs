@@ -91,6 +91,8 @@ const FACTORS: &[&str] = &[
     "attenuation_color",
     "attenuation_distance",
     "dispersion",
+    "diffuse_transmission",
+    "diffuse_transmission_color",
     "emissive",
     "emissive_strength",
     "normal_scale",

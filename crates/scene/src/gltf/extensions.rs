@@ -12,6 +12,7 @@ pub(super) const DRAWN: &[&str] = &[
     "KHR_lights_punctual",
     "KHR_materials_anisotropy",
     "KHR_materials_clearcoat",
+    "KHR_materials_diffuse_transmission",
     "KHR_materials_dispersion",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
@@ -34,12 +35,9 @@ pub(super) const DRAWN: &[&str] = &[
 const UNSEEN: &[&str] =
     &["KHR_xmp", "KHR_xmp_json_ld", "FB_ngon_encoding", "EXT_structural_metadata", "EXT_mesh_features"];
 
-/// Those that give a surface more than is drawn of it: without them it is simpler, and where a file requires them a warning names them.
-const SIMPLIFIED: &[&str] = &["KHR_materials_diffuse_transmission"];
-
 /// Refuses a file that cannot be shown without an extension that is not drawn.
 pub(super) fn check_required(document: &Document) -> Result<(), String> {
-    let unknown = |name: &&String| ![DRAWN, UNSEEN, SIMPLIFIED].iter().any(|list| list.contains(&name.as_str()));
+    let unknown = |name: &&String| ![DRAWN, UNSEEN].iter().any(|list| list.contains(&name.as_str()));
     let lacking: Vec<String> =
         document.extensions_required.iter().filter(unknown).map(|name| name.escape_debug().to_string()).collect();
     match lacking.as_slice() {
@@ -66,21 +64,15 @@ mod tests {
     #[test]
     fn what_a_file_requires_and_nobody_draws_is_an_error_and_what_it_uses_a_warning() {
         let document = |json: &str| serde_json::from_str::<Document>(json).unwrap();
-        let used =
-            r#""extensionsUsed":["KHR_materials_diffuse_transmission","KHR_materials_ior","VENDOR_x","VENDOR_x"]"#;
+        let used = r#""extensionsUsed":["VENDOR_y","KHR_materials_ior","VENDOR_x","VENDOR_x"]"#;
         let used = document(&format!("{{{used}}}"));
         assert_eq!(check_required(&used), Ok(()));
-        assert_eq!(
-            not_drawn(&used).unwrap(),
-            "extensions that are not drawn: KHR_materials_diffuse_transmission, VENDOR_x"
-        );
+        assert_eq!(not_drawn(&used).unwrap(), "extensions that are not drawn: VENDOR_x, VENDOR_y");
         let required = document(r#"{"extensionsRequired":["KHR_materials_ior","VENDOR_x"]}"#);
         assert!(check_required(&required).unwrap_err().contains("requires the extension VENDOR_x,"));
-        // A leaf that lets no light through is still a leaf.
         let leaf = r#"["KHR_materials_diffuse_transmission"]"#;
-        let simpler = document(&format!(r#"{{"extensionsUsed":{leaf},"extensionsRequired":{leaf}}}"#));
-        assert_eq!(check_required(&simpler), Ok(()));
-        assert_eq!(not_drawn(&simpler).unwrap(), "extensions that are not drawn: KHR_materials_diffuse_transmission");
+        let drawn = document(&format!(r#"{{"extensionsUsed":{leaf},"extensionsRequired":{leaf}}}"#));
+        assert_eq!((check_required(&drawn), not_drawn(&drawn)), (Ok(()), None));
         assert_eq!(not_drawn(&document("{}")), None);
     }
 }

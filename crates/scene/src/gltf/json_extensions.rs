@@ -187,6 +187,8 @@ pub(super) struct MaterialExtensions {
     pub iridescence: Option<Iridescence>,
     #[serde(rename = "KHR_materials_anisotropy")]
     pub anisotropy: Option<AnisotropyExtension>,
+    #[serde(rename = "KHR_materials_diffuse_transmission")]
+    pub diffuse_transmission: Option<DiffuseTransmissionExtension>,
 }
 
 /// Says nothing but that it is there.
@@ -249,6 +251,15 @@ pub(super) struct AnisotropyExtension {
     pub anisotropy_strength: f64,
     pub anisotropy_rotation: f64,
     pub anisotropy_texture: Option<TextureInfo>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct DiffuseTransmissionExtension {
+    pub diffuse_transmission_factor: f64,
+    pub diffuse_transmission_texture: Option<TextureInfo>,
+    pub diffuse_transmission_color_factor: Option<[f64; 3]>,
+    pub diffuse_transmission_color_texture: Option<TextureInfo>,
 }
 
 #[derive(Debug, Default, Deserialize)]

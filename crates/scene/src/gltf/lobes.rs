@@ -1,11 +1,12 @@
 //! Lobes of a material's extensions.
 
 use super::json::TextureInfo;
-use super::json_extensions::{AnisotropyExtension, Iridescence, SheenExtension};
+use super::json_extensions::{AnisotropyExtension, DiffuseTransmissionExtension, Iridescence, SheenExtension};
 use super::materials::{MaterialBuilder, Pending, lie_alike};
 use super::textures::{ImageWithFallback, Recipe, picture};
 use crate::{
-    AlphaMode, Anisotropy, ColorSpace, MIN_SHEEN_ROUGHNESS, MOST_DISPERSION, Refraction, Sheen, TextureSlot, ThinFilm,
+    AlphaMode, Anisotropy, ColorSpace, DiffuseTransmission, MIN_SHEEN_ROUGHNESS, MOST_DISPERSION, Refraction, Sheen,
+    TextureSlot, ThinFilm,
 };
 
 /// The extensions that make no sense beside a lobe: each says so in its section "Exclusions".
@@ -38,6 +39,11 @@ impl MaterialBuilder<'_> {
             && !is_excluded(self, "KHR_materials_anisotropy")
         {
             self.anisotropy(pending, own);
+        }
+        if let Some(own) = &json.extensions.diffuse_transmission
+            && !is_excluded(self, "KHR_materials_diffuse_transmission")
+        {
+            self.diffuse_transmission(pending, own);
         }
         match &json.extensions.transmission {
             Some(own) if own.transmission_factor > 0.0 => self.refraction(pending),
@@ -122,6 +128,22 @@ impl MaterialBuilder<'_> {
             let plain = |own| Recipe::Plain(own, ColorSpace::Linear);
             self.ask(pending, TextureSlot::Anisotropy, info, plain);
         }
+    }
+
+    fn diffuse_transmission(&mut self, pending: &mut Pending, own: &DiffuseTransmissionExtension) {
+        let strength = self.share("diffuseTransmissionFactor", own.diffuse_transmission_factor);
+        if strength == 0.0 {
+            return;
+        }
+        let color = own.diffuse_transmission_color_factor.unwrap_or([1.0; 3]);
+        let color = self.color("diffuseTransmissionColorFactor", color);
+        pending.material.diffuse_transmission = DiffuseTransmission { strength, color };
+        self.color_and_share(
+            pending,
+            TextureSlot::DiffuseTransmission,
+            (own.diffuse_transmission_color_texture.as_ref(), own.diffuse_transmission_texture.as_ref()),
+            "diffuseTransmissionTexture lies otherwise than diffuseTransmissionColorTexture",
+        );
     }
 
     fn film(&mut self, pending: &mut Pending, own: &Iridescence) {

@@ -151,6 +151,9 @@ fn slot_called(path: &[&str]) -> Option<TextureSlot> {
         ["extensions", "KHR_materials_anisotropy", "anisotropyTexture"] => TextureSlot::Anisotropy,
         ["extensions", "KHR_materials_iridescence", "iridescenceThicknessTexture"] => TextureSlot::Film,
         ["extensions", "KHR_materials_volume", "thicknessTexture"] => TextureSlot::Film,
+        ["extensions", "KHR_materials_diffuse_transmission", "diffuseTransmissionColorTexture"] => {
+            TextureSlot::DiffuseTransmission
+        }
         _ => return None,
     })
 }

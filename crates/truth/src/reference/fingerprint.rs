@@ -8,9 +8,9 @@ use glam::{DAffine3, DVec2, DVec3, Vec3};
 use super::render::Reference;
 use super::{CameraView, Smith, TruthOptions};
 use afterlight_scene::{
-    AlphaMode, Anisotropy, Brdf, Camera, CastsShadow, ColorSpace, Environment, Light, Look, Material, Mesh, Object,
-    Projection, Refraction, Sampler, Scene, Sky, SkyImage, SunDisc, Texels, Texture, TextureSlot, ThinFilm, ThinLens,
-    UvMap,
+    AlphaMode, Anisotropy, Brdf, Camera, CastsShadow, ColorSpace, DiffuseTransmission, Environment, Light, Look,
+    Material, Mesh, Object, Projection, Refraction, Sampler, Scene, Sky, SkyImage, SunDisc, Texels, Texture,
+    TextureSlot, ThinFilm, ThinLens, UvMap,
 };
 
 #[cfg(test)]
@@ -133,6 +133,8 @@ impl Fingerprint {
             sheen_texture,
             film_texture,
             anisotropy_texture,
+            diffuse_transmission,
+            diffuse_transmission_texture,
         } = material;
         self.brdf(Some(*brdf));
         [base_color, specular, reflectance, emissive].into_iter().for_each(|color| self.color(*color));
@@ -187,6 +189,14 @@ impl Fingerprint {
             [*ior, f32::from(*thickness > 0.0), *distance, *dispersion]
                 .into_iter()
                 .for_each(|value| self.single(value));
+        }
+        if diffuse_transmission.is_seen() {
+            self.number(5);
+            let DiffuseTransmission { strength, color } = diffuse_transmission;
+            self.single(*strength);
+            self.color(*color);
+            self.uv_map(&uv_maps[TextureSlot::DiffuseTransmission as usize]);
+            self.slot(*diffuse_transmission_texture);
         }
     }
 

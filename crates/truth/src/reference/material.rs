@@ -47,6 +47,7 @@ impl SurfacePoint<'_> {
         let (anisotropy, across) = self.anisotropy(normal);
         let (sheen, film) = (self.texel(TextureSlot::Sheen), self.texel(TextureSlot::Film));
         let [least, most] = material.film.nanometres.map(f64::from);
+        let through = self.texel(TextureSlot::DiffuseTransmission);
         SurfaceLobes {
             sheen: material.sheen.color.as_dvec3() * sheen.truncate(),
             sheen_roughness: f64::from(material.sheen.roughness) * sheen.w,
@@ -55,6 +56,8 @@ impl SurfacePoint<'_> {
             film_nanometres: least + (most - least) * film.y,
             anisotropy,
             across,
+            transmitting: f64::from(material.diffuse_transmission.strength) * through.w,
+            transmission: material.diffuse_transmission.color.as_dvec3() * through.truncate(),
         }
     }
 

@@ -159,7 +159,7 @@ impl<'a> Reference<'a> {
     }
 
     /// Returns the share of a light that the nearest opaque surface there sees, 0 to 1, by [`sampling::DISC_POINTS`] points of a light that has a
-    /// size; 1 where nothing is seen, and without shadows. Lights that cast no shadow and surfaces that receive none count as if they did.
+    /// size; 1 where nothing is seen, and without shadows. A surface that lets light through sees those behind it from its back. Lights that cast no shadow and surfaces that receive none count as if they did.
     pub fn visibility(&self, view: &CameraView, pixel: DVec2, light: usize) -> f64 {
         if !self.shadows {
             return 1.0;
@@ -167,7 +167,11 @@ impl<'a> Reference<'a> {
         let rays = CameraRays::of(view);
         let ray = rays.ray(pixel);
         let hit = self.geometry.seen(&ray, rays.near, &mut Vec::new());
-        hit.map_or(1.0, |hit| self.share(&Receiver::of(&self.geometry, &hit, &ray), light, Points::All))
+        hit.map_or(1.0, |hit| {
+            let (surface, _) = self.surface_of(&hit, &ray);
+            let receiver = Receiver::of(&self.geometry, &hit, &ray);
+            self.share(&receiver.towards(&self.lights[light], &surface), light, Points::All)
+        })
     }
 
     /// Share of the light from everywhere that the nearest opaque surface there sees, 0 to 1, by [`occlusion::RAYS`] rays of so many metres; 1 where
@@ -347,19 +351,21 @@ impl<'a> Reference<'a> {
         behind: DVec3,
     ) -> DVec3 {
         let (surface, mode) = self.surface_of(hit, ray);
-        let open = self.open(hit, ray, (surface.normal, points));
+        let open = self.open(hit, ray, (surface.normal, false), points);
+        let transmits = surface.lobes.transmits();
+        let open_behind = if transmits { self.open(hit, ray, (-surface.normal, true), points) } else { 1.0 };
         let surface = ShadingPoint { ray: along, ..surface };
         let (lights, environment) = (&self.lights, &self.scene.environment);
         let around = self.visible_sky(hit, ray, &surface, points);
         let sky = around.as_ref().map(|own| own as &dyn Collects);
-        let illumination = Illumination { lights, environment, open, eye: ray.origin, sky, smith };
+        let illumination = Illumination { lights, environment, open, open_behind, eye: ray.origin, sky, smith };
         let mut receiver = None;
         let mut visibility = |light: usize| {
             if !self.shadows {
                 return 1.0;
             }
             let receiver = receiver.get_or_insert_with(|| Receiver::of(&self.geometry, hit, ray));
-            self.share(receiver, light, points)
+            self.share(&receiver.towards(&self.lights[light], &surface), light, points)
         };
         let light = light::split_radiance::<f64>(&surface, &illumination, &mut visibility);
         match mode {
@@ -406,14 +412,16 @@ impl<'a> Reference<'a> {
         collected().unwrap_or_default()
     }
 
-    /// Share of the light from everywhere that other surfaces leave.
-    fn open(&self, hit: &Hit, ray: &Ray, (normal, points): (DVec3, Points)) -> f64 {
+    /// Share of the light from everywhere that other surfaces leave, on the side of a normal.
+    fn open(&self, hit: &Hit, ray: &Ray, (normal, is_behind): (DVec3, bool), points: Points) -> f64 {
         let Some(radius) = self.effects.occlusion.filter(|_| self.scene.environment.is_lit()) else { return 1.0 };
         let rays = match points {
             Points::All => occlusion::RaySubset::All,
             Points::One { sample, pixel } => occlusion::RaySubset::Of { sample, pixel },
         };
-        occlusion::visibility(&self.geometry, (Receiver::of(&self.geometry, hit, ray).start, normal), radius, rays)
+        let receiver = Receiver::of(&self.geometry, hit, ray);
+        let start = if is_behind { receiver.behind().start } else { receiver.start };
+        occlusion::visibility(&self.geometry, (start, normal), radius, rays)
     }
 
     /// Share of a light that arrives.
@@ -454,7 +462,12 @@ impl VisibleSky<'_> {
 impl Collects for VisibleSky<'_> {
     fn collected(&self, surface: &Collector) -> [DVec3; 2] {
         let Some((geometry, receiver, points)) = &self.rays else { return self.sky.collected(surface) };
-        let mut arrives = |direction| receiver.as_ref().is_none_or(|own| own.sees_along(geometry, direction));
+        let mut arrives = |direction| {
+            receiver.as_ref().is_none_or(|own| match surface.normal.dot(direction) < 0.0 {
+                true => own.behind().sees_along(geometry, direction),
+                false => own.sees_along(geometry, direction),
+            })
+        };
         let mut estimate = |sample: u32, pixel: u64| {
             let points = [0, 1, 2].map(|strategy| sampling::on_sky(sample, pixel, strategy));
             self.sky.estimate(surface, points, &mut arrives)

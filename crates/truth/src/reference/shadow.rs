@@ -2,7 +2,8 @@
 //!
 //! A ray begins a little above the triangle that is seen, on the side that is seen, and meets every triangle, that one too. So light that
 //! comes from behind a triangle is stopped by it, also where its interpolated normal is turned to the light: on a coarse sphere shadow
-//! begins at whole faces, as in the renderer's shadow maps, to which those faces are dark, too. Objects that cast no shadow do not stop it.
+//! begins at whole faces, as in the renderer's shadow maps, to which those faces are dark, too. Objects that cast no shadow do not stop it. Where the surface lets
+//! light through, rays to lights behind it begin on the side that is not seen.
 //!
 //! A light with a size is a disc that faces the receiver, of its radius around its place; a directional one a disc of its angular diameter. The share
 //! of the disc that is not blocked is the share of light that arrives; shading stays that of a light without a size. (A ball of the radius is
@@ -13,6 +14,7 @@ use glam::{DVec2, DVec3};
 use super::geometry::{Geometry, Hit};
 use super::intersect::Ray;
 use super::light::to_light;
+use super::surface::ShadingPoint;
 use afterlight_scene::Light;
 
 /// The height above its triangle at which a ray begins, in units of the last place of the coordinates' size: places are sums and products of
@@ -37,6 +39,19 @@ impl Receiver {
         let side = if hit.crossing.counter_clockwise { plane } else { -plane };
         let size = [a, b, c, place, ray.origin].into_iter().map(|p| p.abs().max_element()).fold(0.0, f64::max);
         Self { place, start: place + side * (size * LIFT) }
+    }
+
+    /// The same on the other side of the triangle.
+    #[must_use]
+    pub fn behind(&self) -> Self {
+        Self { start: self.place + (self.place - self.start), ..*self }
+    }
+
+    /// On the side of its surface at which a light arrives, where the surface lets light through.
+    #[must_use]
+    pub fn towards(&self, light: &Light, surface: &ShadingPoint) -> Self {
+        let is_behind = || surface.normal.dot(to_light(light, self.place).0) < 0.0;
+        if surface.lobes.transmits() && is_behind() { self.behind() } else { *self }
     }
 
     /// A place on no triangle.

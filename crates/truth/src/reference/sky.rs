@@ -62,30 +62,39 @@ impl SkySampler {
     }
 
     /// An estimate by three directions: one where the sky is bright, one by the cosine, one by the lobe, together weighted by the balance heuristic
-    /// (Veach and Guibas 1995). `points` are in the unit square; `arrives` says whether light from a direction does.
+    /// (Veach and Guibas 1995); and a fourth by the cosine to the back, where light comes through. `points` are in the unit square; `arrives` says whether light from a direction does.
     pub fn estimate(
         &self,
         surface: &Collector,
         points: [DVec2; 3],
         arrives: &mut dyn FnMut(DVec3) -> bool,
     ) -> [DVec3; 2] {
-        let [again, body] = even_of(surface, self.share(surface.n_dot_v, surface.roughness));
+        let [again, body, through] = even_of(surface, self.share(surface.n_dot_v, surface.roughness));
         let has_lobe = surface.brdf == Brdf::CookTorrance;
+        let transmits = surface.through != DVec3::ZERO;
         let candidates = [
             Some(self.bright(points[0])),
             Some(cosine_direction(surface.normal, points[1])),
-            has_lobe.then(|| mirrored(surface, facet(points[2], surface.roughness))),
+            // A facet that is turned away from the eye mirrors to the back, with a density of 0.
+            has_lobe
+                .then(|| mirrored(surface, facet(points[2], surface.roughness)))
+                .filter(|&direction| !transmits || mirrored_density(surface, direction) > 0.0),
+            transmits.then(|| cosine_direction(-surface.normal, points[1])),
         ];
         let (mut base, mut lobe) = (DVec3::ZERO, DVec3::ZERO);
         for direction in candidates.into_iter().flatten() {
             let cosine = surface.normal.dot(direction);
-            if cosine <= 0.0 || !arrives(direction) {
+            if cosine == 0.0 || cosine < 0.0 && !transmits || !arrives(direction) {
                 continue;
             }
             let of_lobe = if has_lobe { mirrored_density(surface, direction) } else { 0.0 };
-            let density = self.density(direction) + cosine / PI + of_lobe;
-            let light = self.sky.radiance(direction) * (cosine / density);
+            let density = self.density(direction) + cosine.abs() / PI + of_lobe;
+            let light = self.sky.radiance(direction) * (cosine.abs() / density);
             let left = surface.left(direction);
+            if cosine < 0.0 {
+                base += through * light * left / PI;
+                continue;
+            }
             base += body * light * left / PI;
             if has_lobe {
                 lobe += (surface.lobe(direction) + again * left / PI) * light;
@@ -139,7 +148,8 @@ impl Collects for SkySampler {
     fn collected(&self, surface: &Collector) -> [DVec3; 2] {
         let has_lobe = surface.brdf == Brdf::CookTorrance;
         let share = if has_lobe { share_of(surface.n_dot_v, surface.roughness, FACETS) } else { DVec2::ZERO };
-        let (mut collected, mut lobe) = (DVec3::ZERO, DVec3::ZERO);
+        let (mut collected, mut behind, mut lobe) = (DVec3::ZERO, DVec3::ZERO, DVec3::ZERO);
+        let transmits = surface.through != DVec3::ZERO;
         // The lobe by both, texels of the sky and facets, weighted by how close each lie to one another there (Veach and Guibas 1995).
         let facets = |direction| if has_lobe { f64::from(FACETS) * mirrored_density(surface, direction) } else { 0.0 };
         for &(direction, solid_angle, radiance) in &self.texels {
@@ -150,6 +160,8 @@ impl Collects for SkySampler {
                 if has_lobe {
                     lobe += surface.lobe(direction) * light / (facets(direction) + 1.0 / solid_angle);
                 }
+            } else if transmits {
+                behind -= radiance * (cosine * solid_angle * surface.left(direction));
             }
         }
         for index in 0..if has_lobe { FACETS } else { 0 } {
@@ -161,22 +173,23 @@ impl Collects for SkySampler {
                 lobe += surface.lobe(direction) * light / (facets(direction) + 1.0 / solid_angle);
             }
         }
-        let [again, body] = even_of(surface, share);
-        [body * collected / PI, lobe + again * collected / PI]
+        let [again, body, through] = even_of(surface, share);
+        [(body * collected + through * behind) / PI, lobe + again * collected / PI]
     }
 }
 
-/// Returns the reflected light of an even sky of 1 beside the lobe's own share: light scattered again among facets, and light of the base.
-fn even_of(surface: &Collector, share: DVec2) -> [DVec3; 2] {
+/// Returns the light of an even sky of 1 beside the lobe's own share: light scattered again among facets, light that the base reflects, and light that comes through it.
+fn even_of(surface: &Collector, share: DVec2) -> [DVec3; 3] {
     if surface.brdf != Brdf::CookTorrance {
-        return [DVec3::ZERO, surface.diffuse];
+        return [DVec3::ZERO, surface.diffuse, DVec3::ZERO];
     }
     let single = surface.even * share.x + DVec3::splat(surface.grazing * share.y);
     let missing = 1.0 - share.x - share.y;
     // The mean of Schlick's Fresnel over the cosine.
     let mean = surface.even + (DVec3::splat(surface.grazing) - surface.even) / 21.0;
     let again = single * mean * missing / (DVec3::ONE - mean * missing);
-    [again, surface.diffuse * (DVec3::ONE - single - again)]
+    let left = DVec3::ONE - single - again;
+    [again, surface.diffuse * left, surface.through * left]
 }
 
 /// Point `index` of a sequence that covers the unit square evenly, whatever their number (M. Roberts, "The Unreasonable Effectiveness of Quasirandom

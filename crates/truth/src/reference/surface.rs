@@ -21,6 +21,10 @@ pub struct SurfaceLobes {
     pub anisotropy: f64,
     /// The direction in which it is rougher, of any length but 0; not yet in the surface.
     pub across: DVec3,
+    /// Share of the base that lets light through in place of reflecting it, 0 to 1.
+    pub transmitting: f64,
+    /// Colour of the light that comes through, 0 to 1.
+    pub transmission: DVec3,
 }
 
 impl SurfaceLobes {
@@ -33,7 +37,14 @@ impl SurfaceLobes {
         film_nanometres: 0.0,
         anisotropy: 0.0,
         across: DVec3::X,
+        transmitting: 0.0,
+        transmission: DVec3::ONE,
     };
+
+    /// Returns true if light that arrives at the back is seen in front.
+    pub fn transmits(&self) -> bool {
+        self.transmitting > 0.0 && self.transmission != DVec3::ZERO
+    }
 }
 
 /// A lit point, in the terms of its material with its textures looked up.

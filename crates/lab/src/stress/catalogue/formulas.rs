@@ -61,6 +61,27 @@ pub const CASES: &[Case] = &[
         .over(SweepValues::List(&[0.0, 1e-3, 0.02, 1.0, 100.0, 250.0, 400.0, 700.0, 1200.0, 1e4, 1e6]), "nm")
         .claim([0.0, 1e6], Bound { worst: 1e-4, mean: 2e-6 })
         .check(Check::Formula(thin_film)),
+    case("formulas/anisotropy", "a highlight that grooves stretch, by its roughness along them; of any strength and direction")
+        .over(ROUGHNESS, "")
+        .claim([0.0, 1.0], Bound { worst: 2e-2, mean: 4e-4 })
+        .check(Check::Formula(|roughness| {
+            each(Formula::Grooves, GROOVES, truth::grooves, inputs::reflection(roughness, roughness.max(0.01).powi(2)))
+        })),
+    case("formulas/diffuse-transmission", "light that comes through a surface, by the share of the base that lets it")
+        .over(ROUGHNESS, "")
+        // A highlight that reflects nearly all leaves the rounding of 1.
+        .claim([0.0, 1.0], Bound { worst: 1e-4, mean: 3e-7 })
+        .check(Check::Formula(|share| each(Formula::Through, THROUGH, truth::through, inputs::reflection(share, 1.0)))),
+    case(
+        "formulas/furnace-through",
+        "all that a white surface without a highlight gets from white furnaces on both sides, by the share that comes through: no more than 1",
+    )
+    .over(ROUGHNESS, "")
+    .claim([0.0, 1.0], Bound { worst: 1e-6, mean: 3e-7 })
+    .check(Check::Formula(|share| {
+        let judge = Judge::Sums { of: inputs::SAMPLES, truth: truth::both_sides, weight: truth::cosine_weight };
+        Trial { judge, ..each(Formula::Leaf, THROUGH, truth::both_sides, inputs::leaf(share)) }
+    })),
     case("formulas/ggx-distribution", "D alone, by roughness, in and around its peak")
         .over(ROUGHNESS, "")
         .claim([0.0, 1.0], Bound { worst: 3e-3, mean: 1e-4 })
@@ -157,6 +178,18 @@ pub const CASES: &[Case] = &[
 
 const LIGHT: SweepValues =
     SweepValues::List(&[1e-8, 1e-6, 1e-4, 1e-3, 1e-2, 0.08, 0.1, 0.76, 1.0, 10.0, 100.0, 1e3, 1e4, 65000.0]);
+const GROOVES: &[(&str, usize)] =
+    &[("normal", 3), ("roughness", 1), ("view", 3), ("strength", 1), ("light", 3), ("", 1), ("across", 3)];
+const THROUGH: &[(&str, usize)] = &[
+    ("normal", 3),
+    ("share", 1),
+    ("view", 3),
+    ("metallic", 1),
+    ("opposite to the light", 3),
+    ("reflectance facing", 1),
+    ("colour", 3),
+    ("reflectance grazing", 1),
+];
 const NORMAL: &[(&str, usize)] = &[("normal", 3)];
 const COLOR: &[(&str, usize)] = &[("colour", 3)];
 

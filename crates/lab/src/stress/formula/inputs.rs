@@ -177,6 +177,25 @@ pub fn exchanged(stiffness: f64, width: f64) -> Vec<Input> {
     inputs
 }
 
+/// A white surface without a highlight, of which this share lets light through, from 16 views: lights by the cosine.
+pub fn leaf(transmitting: f64) -> Vec<Input> {
+    let mut rng = rng(transmitting);
+    let mut inputs = Vec::with_capacity(16 * SAMPLES);
+    for step in 0..16 {
+        let normal = direction(&mut rng).as_vec3().as_dvec3();
+        let view = around(normal, 1.0 - 0.06 * f64::from(step), TAU * rng.f64());
+        for index in 0..SAMPLES {
+            let (edge, at) = (SAMPLES.isqrt(), index as f64);
+            let [row, column] = [(at / edge as f64).floor(), at % edge as f64].map(|cell| (cell + 0.5) / edge as f64);
+            let light = around(normal, row.sqrt(), TAU * column);
+            inputs.push(packed([normal, view, light], [transmitting as f32, 0.0], [1.0; 3]));
+        }
+    }
+    // Both of its reflectances are 0.
+    inputs.iter_mut().for_each(|input| (input[11], input[15]) = (0.0, 0.0));
+    inputs
+}
+
 /// Samples of a sum.
 pub const SAMPLES: usize = 4096;
 

@@ -53,6 +53,12 @@ pub enum Formula {
     Sheen,
     /// The reflectance of a thin film.
     Film,
+    /// D V of a stretched highlight, times the cosine to the light.
+    Grooves,
+    /// Light through a surface, times the cosine to the light.
+    Through,
+    /// The same and the light that the surface reflects, of equal lights on either side.
+    Leaf,
 }
 
 /// The value that a formula should give for an input.

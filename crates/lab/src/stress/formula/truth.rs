@@ -102,6 +102,69 @@ pub fn sheen(input: &Input) -> FormulaTruth {
     of(DVec3::new(lobe.x, lobe.y, lobe.z), DARK * n_dot_l, held)
 }
 
+/// The stretched highlight alone.
+pub fn grooves(input: &Input) -> FormulaTruth {
+    let (normal, light, across) = (unit(input, 0), unit(input, 8), three(input, 12));
+    let n_dot_l = normal.dot(light);
+    let flat = (across - normal * normal.dot(across)).length();
+    // A direction near the normal's leaves the rounding of both as that of the grooves.
+    let held = n_dot_l >= HORIZON && normal.dot(unit(input, 4)) >= HORIZON && flat > 0.1 * across.length().max(0.1);
+    if n_dot_l <= 0.0 {
+        return of(DVec3::ZERO, DARK, held);
+    }
+    let lobes = SurfaceLobes { anisotropy: one(input, 7), across, ..SurfaceLobes::NONE };
+    let white = ShadingPoint {
+        albedo: DVec3::ONE,
+        metallic: 1.0,
+        reflectance: DVec3::ONE,
+        grazing: 1.0,
+        lobes,
+        ..surface(input, Brdf::CookTorrance)
+    };
+    let reflector = Reflector::<f64>::new(&white, Smith::HeightCorrelated);
+    let lobe = reflector.reflect(&Vector3::new(light.x, light.y, light.z)).lobe.x * n_dot_l;
+    of(DVec3::X * lobe, DARK * n_dot_l, held)
+}
+
+/// A surface of which a share lets light through.
+fn leaf(input: &Input) -> (Reflector<f64>, Vector3<f64>, f64) {
+    let lobes = SurfaceLobes { transmitting: one(input, 3), transmission: three(input, 12), ..SurfaceLobes::NONE };
+    let own = ShadingPoint { roughness: 1.0, lobes, ..surface(input, Brdf::CookTorrance) };
+    let (normal, light) = (unit(input, 0), unit(input, 8));
+    let reflector = Reflector::new(&own, Smith::HeightCorrelated);
+    (reflector, Vector3::new(light.x, light.y, light.z), normal.dot(light))
+}
+
+/// Light through a surface, from the direction opposite to that of the input.
+pub fn through(input: &Input) -> FormulaTruth {
+    let (reflector, opposite, cosine) = leaf(input);
+    let held = cosine >= HORIZON && unit(input, 0).dot(unit(input, 4)) >= HORIZON;
+    if cosine <= 0.0 {
+        return of(DVec3::ZERO, DARK, held);
+    }
+    let through = reflector.transmit(&-opposite) * cosine;
+    of(DVec3::new(through.x, through.y, through.z), DARK * cosine, held)
+}
+
+/// The light of two lights, one in front and its mirror image behind, that leaves a surface in front.
+pub fn both_sides(input: &Input) -> FormulaTruth {
+    let (reflector, light, cosine) = leaf(input);
+    if cosine <= 0.0 {
+        return of(DVec3::ZERO, DARK, true);
+    }
+    let front = reflector.reflect(&light);
+    let normal = unit(input, 0);
+    let behind = light - Vector3::new(normal.x, normal.y, normal.z) * (2.0 * cosine);
+    let sum = (front.base + front.lobe + reflector.transmit(&behind)) * cosine;
+    of(DVec3::new(sum.x, sum.y, sum.z), DARK * cosine, true)
+}
+
+/// One over the density of directions by the cosine; the output has that cosine in it.
+pub fn cosine_weight(input: &Input) -> f64 {
+    let cosine = light_cosine(input);
+    if cosine <= 0.0 { 0.0 } else { PI / cosine }
+}
+
 /// A thin film over something that reflects.
 pub fn film(input: &Input) -> FormulaTruth {
     of(interference(one(input, 4), one(input, 5), three(input, 0), one(input, 3)), 1e-2, true)
@@ -174,8 +237,15 @@ pub fn fresnel(input: &Input) -> FormulaTruth {
 pub fn ambient(input: &Input) -> FormulaTruth {
     let environment = Environment { ambient: Vec3::ONE, ground: None, background: Vec3::ZERO };
     let smith = Smith::HeightCorrelated;
-    let illumination =
-        Illumination { lights: &[], environment: &environment, eye: DVec3::ZERO, open: 1.0, sky: None, smith };
+    let illumination = Illumination {
+        lights: &[],
+        environment: &environment,
+        eye: DVec3::ZERO,
+        open: 1.0,
+        open_behind: 1.0,
+        sky: None,
+        smith,
+    };
     let sum = radiance::<f64>(&surface(input, Brdf::CookTorrance), &illumination, &mut |_| 1.0);
     of(sum, 1e-3, true)
 }

@@ -8,7 +8,8 @@ use std::io::Cursor;
 use super::{GltfBuilder, push};
 use crate::gltf::GltfOptions;
 use crate::{
-    AlphaMode, Anisotropy, ColorSpace, Filter, Imported, Refraction, Sampler, Sheen, TextureSlot, ThinFilm, UvMap, Wrap,
+    AlphaMode, Anisotropy, ColorSpace, DiffuseTransmission, Filter, Imported, Refraction, Sampler, Sheen, TextureSlot,
+    ThinFilm, UvMap, Wrap,
 };
 
 fn png(texels: &[[u8; 4]]) -> Vec<u8> {
@@ -488,4 +489,52 @@ fn odd_glass_is_named_and_drawn_as_near_as_can_be() {
     assert!(said.contains("a thickness but transmits no light") && said.contains("KHR_materials_dispersion"), "{said}");
     let unlit = glass(json!({"KHR_materials_unlit": {}}));
     assert_eq!(unlit.materials[0].refraction, None);
+}
+
+#[test]
+fn diffuse_transmission_is_read_and_its_two_textures_are_one() {
+    let read = |own: Value| dressed(json!({"extensions": {"KHR_materials_diffuse_transmission": own}})).read();
+    let Imported { materials, textures, warnings, .. } = read(json!({
+        "diffuseTransmissionFactor": 0.5, "diffuseTransmissionColorFactor": [0.5, 0.25, 1],
+        "diffuseTransmissionColorTexture": {"index": 2}, "diffuseTransmissionTexture": {"index": 0},
+    }));
+    assert_eq!(warnings, Vec::<String>::new());
+    let expected = DiffuseTransmission { strength: 0.5, color: Vec3::new(0.5, 0.25, 1.0) };
+    assert_eq!(materials[0].diffuse_transmission, expected);
+    let texture = &textures[materials[0].diffuse_transmission_texture.expect("a texture")];
+    assert_eq!((textures.len(), texture.color_space), (1, ColorSpace::Srgb));
+    // RGB of the one and alpha of the other.
+    assert_eq!(texture.rgba8(0)[3], 32);
+    // Without a colour it is white; without a factor nothing comes through, whatever else is said.
+    let white = read(json!({"diffuseTransmissionFactor": 1})).materials[0].diffuse_transmission;
+    assert_eq!(white, DiffuseTransmission { strength: 1.0, color: Vec3::ONE });
+    let none = read(json!({"diffuseTransmissionColorTexture": {"index": 0}}));
+    assert_eq!((none.materials[0].diffuse_transmission, none.textures.len()), (DiffuseTransmission::NONE, 0));
+}
+
+#[test]
+fn odd_diffuse_transmissions_are_named_and_drawn_as_near_as_can_be() {
+    let told = |material: Value| {
+        let Imported { materials, warnings, .. } = dressed(material).read();
+        (materials[0].diffuse_transmission, warnings.join("; "))
+    };
+    const NAME: &str = "KHR_materials_diffuse_transmission";
+    let bright = json!({"diffuseTransmissionFactor": 3, "diffuseTransmissionColorFactor": [2, -1, 1]});
+    let (bright, said) = told(json!({"extensions": {NAME: bright}}));
+    assert_eq!(bright, DiffuseTransmission { strength: 1.0, color: Vec3::new(1.0, 0.0, 1.0) });
+    assert!(said.contains("diffuseTransmissionFactor is 3"), "{said}");
+    assert!(said.contains("diffuseTransmissionColorFactor is 2"), "{said}");
+    let leaf = json!({"diffuseTransmissionFactor": 0.5});
+    for other in ["KHR_materials_unlit", "KHR_materials_pbrSpecularGlossiness"] {
+        let (left, said) = told(json!({"extensions": {NAME: leaf, other: {}}}));
+        assert_eq!(left, DiffuseTransmission::NONE);
+        assert!(said.contains(&format!("{NAME} does not go with {other} and is left out")), "{said}");
+    }
+    let apart = json!({
+        "diffuseTransmissionFactor": 0.5, "diffuseTransmissionColorTexture": {"index": 0},
+        "diffuseTransmissionTexture": {"index": 0, "texCoord": 1},
+    });
+    let (_, said) = told(json!({"extensions": {NAME: apart}}));
+    let words = "diffuseTransmissionTexture lies otherwise than diffuseTransmissionColorTexture and is left out";
+    assert!(said.contains(words), "{said}");
 }

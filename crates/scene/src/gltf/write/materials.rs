@@ -9,7 +9,8 @@ use super::expressible::power_of_two_above;
 use super::images::{self, Channels, TextureForm};
 use super::{DocumentBuilder, number, surfaces};
 use crate::{
-    AlphaMode, Anisotropy, DIELECTRIC, Error, Material, Refraction, Scene, Sheen, TextureSlot, ThinFilm, UvMap,
+    AlphaMode, Anisotropy, DIELECTRIC, DiffuseTransmission, Error, Material, Refraction, Scene, Sheen, TextureSlot,
+    ThinFilm, UvMap,
 };
 
 /// A material, and the coat that lies on it: by their numbers in the scene.
@@ -102,6 +103,7 @@ impl Writer<'_, '_> {
         self.sheen(&mut json, material);
         self.film(&mut json, material);
         self.anisotropy(&mut json, material);
+        self.diffuse_transmission(&mut json, material);
         if material.unlit {
             self.extend(&mut json, "KHR_materials_unlit", json!({}));
         }
@@ -223,6 +225,21 @@ impl Writer<'_, '_> {
         if dispersion > 0.0 {
             self.extend(json, "KHR_materials_dispersion", json!({ "dispersion": number(dispersion) }));
         }
+    }
+
+    fn diffuse_transmission(&mut self, json: &mut Value, material: &Material) {
+        let DiffuseTransmission { strength, color } = material.diffuse_transmission;
+        if material.unlit || !material.diffuse_transmission.is_seen() {
+            return;
+        }
+        let mut own = json!({
+            "diffuseTransmissionFactor": number(strength),
+            "diffuseTransmissionColorFactor": color.to_array().map(number),
+        });
+        // One texture has both: the colour, and the strength in its alpha.
+        self.texture(&mut own, "diffuseTransmissionColorTexture", material, TextureSlot::DiffuseTransmission);
+        self.texture(&mut own, "diffuseTransmissionTexture", material, TextureSlot::DiffuseTransmission);
+        self.extend(json, "KHR_materials_diffuse_transmission", own);
     }
 
     fn coat(&mut self, json: &mut Value, coat: &Material) {

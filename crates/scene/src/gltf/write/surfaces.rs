@@ -6,7 +6,8 @@ use glam::Vec3;
 
 use super::expressible::tell;
 use crate::{
-    AlphaMode, Anisotropy, Brdf, DIELECTRIC, Material, Object, Refraction, Scene, Sheen, TextureSlot, ThinFilm,
+    AlphaMode, Anisotropy, Brdf, DIELECTRIC, DiffuseTransmission, Material, Object, Refraction, Scene, Sheen,
+    TextureSlot, ThinFilm,
 };
 
 pub(super) fn is_coat(material: &Material) -> bool {
@@ -58,6 +59,7 @@ fn model(material: &mut Material) -> bool {
     if material.brdf != Brdf::CookTorrance {
         (material.sheen, material.film) = (Sheen::NONE, ThinFilm::NONE);
         (material.anisotropy, material.refraction) = (Anisotropy::NONE, None);
+        material.diffuse_transmission = DiffuseTransmission::NONE;
     }
     match material.brdf {
         Brdf::CookTorrance => return false,
@@ -102,6 +104,9 @@ fn normal_form(material: &mut Material) {
     }
     if material.unlit || !material.anisotropy.is_seen() {
         (material.anisotropy, material.anisotropy_texture) = (Anisotropy::NONE, None);
+    }
+    if material.unlit || !material.diffuse_transmission.is_seen() {
+        (material.diffuse_transmission, material.diffuse_transmission_texture) = (DiffuseTransmission::NONE, None);
     }
     if material.unlit || material.alpha_mode != AlphaMode::Glass {
         material.refraction = None;

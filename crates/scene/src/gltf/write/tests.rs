@@ -9,9 +9,9 @@ use super::*;
 use crate::builtin::shapes;
 use crate::gltf::{GltfOptions, parse};
 use crate::{
-    AlphaMode, Anisotropy, Brdf, Camera, CastsShadow, ColorSpace, Emitter, Falloff, Filter, Imported, Light, LightKind,
-    Look, Material, NamedCamera, Object, Projection, Refraction, Sampler, Sheen, Texture, TextureSlot, ThinFilm, UvMap,
-    Wrap,
+    AlphaMode, Anisotropy, Brdf, Camera, CastsShadow, ColorSpace, DiffuseTransmission, Emitter, Falloff, Filter,
+    Imported, Light, LightKind, Look, Material, NamedCamera, Object, Projection, Refraction, Sampler, Sheen, Texture,
+    TextureSlot, ThinFilm, UvMap, Wrap,
 };
 
 fn shot() -> ExportedView {
@@ -108,6 +108,10 @@ fn materials() -> Vec<Material> {
         of("oily", &|own| own.film = ThinFilm { strength: 0.5, ior: 1.4, nanometres: [350.0; 2] }),
         of("brushed", &|own| {
             (own.anisotropy, own.anisotropy_texture) = (Anisotropy { strength: 0.75, rotation: 0.3 }, Some(1));
+        }),
+        of("leaf", &|own| {
+            own.diffuse_transmission = DiffuseTransmission { strength: 0.6, color: Vec3::new(0.7, 0.9, 0.1) };
+            (own.diffuse_transmission_texture, own.two_sided) = (Some(2), true);
         }),
         of("shaded", &|own| (own.occlusion_texture, own.specular_texture) = (Some(1), Some(2))),
     ]

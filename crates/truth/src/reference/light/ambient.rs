@@ -6,11 +6,16 @@ use super::brdf::Reflector;
 use super::real::{Real, color};
 use afterlight_scene::{Brdf, Environment};
 
-/// Returns the ambient light that a surface reflects to the eye, in nits, unoccluded: by its base and by its lobe.
+/// Returns the ambient light that a surface reflects and lets through to the eye, in nits: by its base and by its lobe. `open` and `behind` are the shares that
+/// other surfaces leave in front of it and behind it.
 ///
 /// The base collects the half-spheres by the cosine, mean + tilt n.y, which is exact (Liu and Jordan 1963). The lobe is taken to do so
 /// about the mirrored view. The base gets the light that the lobe leaves, so that together they never exceed the arriving light.
-pub(super) fn ambient<R: Real>(reflector: &Reflector<R>, environment: &Environment) -> [Vector3<R>; 2] {
+pub(super) fn ambient<R: Real>(
+    reflector: &Reflector<R>,
+    environment: &Environment,
+    [open, behind]: [R; 2],
+) -> [Vector3<R>; 2] {
     let (sky, ground): (Vector3<R>, Vector3<R>) = (color(environment.ambient), color(environment.ground()));
     let half = R::of(0.5);
     let (mean, tilt) = (sky * half + ground * half, sky * half - ground * half);
@@ -20,10 +25,13 @@ pub(super) fn ambient<R: Real>(reflector: &Reflector<R>, environment: &Environme
     let mirrored_up = R::of(2.0) * normal.dot(view) * normal.y - view.y;
     let share = lobe_share(reflector);
     let base = reflector.diffuse.component_mul(&share.map(|share| R::one() - share));
+    let through = reflector.through.component_mul(&share.map(|share| R::one() - share));
+    let through = through.component_mul(&collected(-normal.y)) * behind;
     let [base, lobe] = [base.component_mul(&collected(normal.y)), share.component_mul(&collected(mirrored_up))];
+    let [base, lobe] = [base * open + through, lobe * open];
     let Some(fibres) = &reflector.fibres else { return [base, lobe] };
     // They are taken to collect the half-spheres as the base does.
-    let scattered = fibres.scattered().component_mul(&collected(normal.y));
+    let scattered = fibres.scattered().component_mul(&collected(normal.y)) * open;
     [base * fibres.left(), lobe * fibres.left() + scattered]
 }
 

@@ -10,6 +10,7 @@ use super::film::Film;
 use super::grooves::{Grooves, grooves};
 use super::real::{Real, unit, vector, widened};
 use super::sheen::Fibres;
+use super::transmission::split;
 use crate::reference::{ShadingPoint, Smith, SurfaceLobes};
 use afterlight_scene::Brdf;
 
@@ -39,8 +40,10 @@ pub struct Reflector<R: Real> {
     /// Unit vector towards the eye.
     pub(super) view: Vector3<R>,
     pub(super) n_dot_v: R,
-    /// Diffuse albedo: without the metallic share.
+    /// Diffuse albedo: without the metallic share and the one that lets light through.
     pub(super) diffuse: Vector3<R>,
+    /// The same of light that arrives at the back.
+    pub(super) through: Vector3<R>,
     /// F0 of Cook-Torrance, Ks of the Phong models.
     pub(super) specular: Vector3<R>,
     /// F90 of Cook-Torrance.
@@ -68,8 +71,10 @@ pub struct Collector {
     pub view: DVec3,
     /// No less than [`MIN_N_DOT_V`].
     pub n_dot_v: f64,
-    /// Diffuse albedo: without the metallic share.
+    /// Diffuse albedo: without the metallic share and the one that lets light through.
     pub diffuse: DVec3,
+    /// The same of light that arrives at the back.
+    pub through: DVec3,
     /// F0 of Cook-Torrance.
     pub specular: DVec3,
     /// The same for light from everywhere: under a thin film, the one that gives Schlick's Fresnel the film's reflectance at the angle of the eye.
@@ -114,10 +119,10 @@ impl Collector {
         self.grooves.as_ref().map(|grooves| grooves.density(half, self.normal))
     }
 
-    /// The share of light from a direction that other lobes leave to the base.
+    /// The share of light from a direction, on either side, that other lobes leave to the base.
     pub fn left(&self, light: DVec3) -> f64 {
         let fibres = Fibres::<f64>::of(&self.lobes, self.n_dot_v);
-        fibres.map_or(1.0, |fibres| fibres.left_of(self.normal.dot(light)))
+        fibres.map_or(1.0, |fibres| fibres.left_of(self.normal.dot(light).abs()))
     }
 
     fn reflector(&self) -> Reflector<f64> {
@@ -127,6 +132,7 @@ impl Collector {
             view: vector(self.view),
             n_dot_v: self.n_dot_v,
             diffuse: vector(self.diffuse),
+            through: vector(self.through),
             specular: vector(self.specular),
             grazing: self.grazing,
             roughness: self.roughness,
@@ -150,6 +156,7 @@ impl<R: Real> Reflector<R> {
             view: widened(self.view),
             n_dot_v: self.n_dot_v.wide(),
             diffuse: widened(self.diffuse),
+            through: widened(self.through),
             specular: widened(self.specular),
             even: widened(self.even),
             grazing: self.grazing.wide(),
@@ -175,6 +182,7 @@ impl<R: Real> Reflector<R> {
         };
         let n_dot_v = normal.dot(&view).max(R::of(MIN_N_DOT_V));
         let lobes = if surface.brdf == Brdf::CookTorrance { surface.lobes } else { SurfaceLobes::NONE };
+        let (diffuse, through) = split(diffuse, &lobes, metallic);
         let grazing = R::one() - (R::one() - R::of(surface.grazing)) * (R::one() - metallic);
         let film = Film::of(&lobes, surface.reflectance, (surface.albedo, surface.metallic));
         let even = match &film {
@@ -193,6 +201,7 @@ impl<R: Real> Reflector<R> {
             normal,
             view,
             diffuse,
+            through,
             specular,
             grazing,
             roughness,
@@ -208,10 +217,7 @@ impl<R: Real> Reflector<R> {
             Brdf::Lambert => Reflectance { base: lambert, lobe: Vector3::zeros() },
             Brdf::CookTorrance => {
                 let fresnel = self.fresnel(light);
-                // The brightest channel of a film's reflectance darkens the base, or the base would have the opposite colour.
-                let most = fresnel.x.max(fresnel.y).max(fresnel.z);
-                let darkened = if self.film.is_some() { Vector3::repeat(most) } else { fresnel };
-                let base = lambert.component_mul(&darkened.map(|share| R::one() - share));
+                let base = lambert.component_mul(&self.left_by_highlight(&fresnel));
                 let below = Reflectance { base, lobe: fresnel * self.microfacets(light) };
                 match &self.fibres {
                     Some(fibres) => fibres.over(below, (&self.normal, &self.view, self.n_dot_v), light),
@@ -221,6 +227,27 @@ impl<R: Real> Reflector<R> {
             Brdf::Phong => Reflectance { base: lambert, lobe: self.specular * self.phong(light) },
             Brdf::BlinnPhong => Reflectance { base: lambert, lobe: self.specular * self.blinn_phong(light) },
         }
+    }
+
+    /// Evaluates the surface for light from a direction, a unit vector on the other side than the normal's: the extension's `diffuse_btdf`, which is
+    /// lambert's. The highlight leaves it the share that it leaves of light from the direction mirrored at the surface.
+    pub fn transmit(&self, light: &Vector3<R>) -> Vector3<R> {
+        let cosine = self.normal.dot(light);
+        let mirrored = light - self.normal * (R::of(2.0) * cosine);
+        let left = self.left_by_highlight(&self.fresnel(&mirrored));
+        let base = (self.through / R::PI()).component_mul(&left);
+        match &self.fibres {
+            Some(fibres) => base * fibres.left_of(-cosine),
+            None => base,
+        }
+    }
+
+    /// The share of light that a highlight with this reflectance leaves to the base.
+    fn left_by_highlight(&self, fresnel: &Vector3<R>) -> Vector3<R> {
+        // The brightest channel of a film's reflectance darkens the base, or the base would have the opposite colour.
+        let most = fresnel.x.max(fresnel.y).max(fresnel.z);
+        let taken = if self.film.is_some() { Vector3::repeat(most) } else { *fresnel };
+        taken.map(|share| R::one() - share)
     }
 
     /// Schlick's Fresnel, F0 + (F90 - F0)(1 - v.h)^5 (Schlick 1994, "An Inexpensive BRDF Model for Physically-based Rendering").

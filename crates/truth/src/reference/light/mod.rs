@@ -12,6 +12,7 @@ mod real;
 mod sheen;
 #[cfg(test)]
 mod tests;
+mod transmission;
 
 pub use brdf::{Collector, DIELECTRIC, MIN_N_DOT_V, MIN_PHONG_COSINE, MIN_ROUGHNESS, Reflectance, Reflector};
 pub use falloff::{MIN_CONE, MIN_DISTANCE, MIN_POLYNOMIAL, arriving, to_light, weakened};
@@ -35,6 +36,8 @@ pub struct Illumination<'a> {
     pub environment: &'a Environment,
     /// The share of ambient light that other surfaces leave, 0 to 1; `sky` takes its own occlusion into account.
     pub open: f64,
+    /// The same of light that arrives at the back of the surface.
+    pub open_behind: f64,
     /// The camera's place in the world: surfaces' positions are relative to it.
     pub eye: DVec3,
     /// Light of the sky beside the ambient light, of which occlusion takes its share as well.
@@ -53,7 +56,7 @@ pub trait Collects: Sync {
 /// it shows `body * alpha + shine` over what lies behind times 1 - alpha. Everything else shows the sum.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Radiance {
-    /// The light that the base reflects, of lights and ambient light.
+    /// The light that the base reflects and lets through, of lights and ambient light.
     pub body: DVec3,
     /// The light that the lobes reflect and the surface emits.
     pub shine: DVec3,
@@ -80,8 +83,8 @@ pub fn split_radiance<R: Real>(
 ) -> Radiance {
     let reflector = Reflector::<R>::new(surface, illumination.smith);
     let occlusion = R::of(surface.occlusion);
-    let open = R::of(illumination.open);
-    let [mut body, mut shine] = ambient::ambient(&reflector, illumination.environment).map(|light| light * open);
+    let open = [illumination.open, illumination.open_behind].map(R::of);
+    let [mut body, mut shine] = ambient::ambient(&reflector, illumination.environment, open);
     if let Some(sky) = illumination.sky {
         let [base, lobe] = sky.collected(&reflector.collector());
         body += vector::<R>(base);
@@ -103,7 +106,7 @@ pub fn split_radiance<R: Real>(
 /// Returns the ambient light that the lobe mirrors, unoccluded, in nits: of the bare surface, without its other lobes.
 pub fn mirrored_ambient(surface: &ShadingPoint, environment: &Environment) -> DVec3 {
     let bare = ShadingPoint { lobes: SurfaceLobes::NONE, ..*surface };
-    let [_, lobe] = ambient::ambient(&Reflector::<f64>::new(&bare, Smith::default()), environment);
+    let [_, lobe] = ambient::ambient(&Reflector::<f64>::new(&bare, Smith::default()), environment, [1.0; 2]);
     widened(lobe)
 }
 
@@ -114,7 +117,8 @@ pub fn coat_share(surface: &ShadingPoint) -> f64 {
     DIELECTRIC + (1.0 - DIELECTRIC) * (1.0 - n_dot_v).max(0.0).powi(5)
 }
 
-/// Returns the light that a surface reflects of one light if nothing hides it, in nits; `None` where that is nothing: out of its range or cone, or behind the surface.
+/// Returns the light that a surface reflects of one light, or lets through, if nothing hides it, in nits; `None` where that is nothing: out of its range or cone,
+/// or behind an opaque surface.
 fn unshadowed<R: Real>(
     surface: &ShadingPoint,
     reflector: &Reflector<R>,
@@ -123,12 +127,16 @@ fn unshadowed<R: Real>(
 ) -> Option<Reflectance<R>> {
     let arriving = falloff::arriving_at(light, eye, &vector(surface.position));
     let n_dot_l = reflector.normal.dot(&arriving.direction);
-    if n_dot_l <= R::zero() || arriving.strength <= R::zero() {
+    let is_behind = n_dot_l < R::zero() && reflector.through != Vector3::zeros();
+    if !is_behind && n_dot_l <= R::zero() || arriving.strength <= R::zero() {
         return None;
     }
     let intensity: Vector3<R> = real::color::<R>(light.color) * R::of(f64::from(light.intensity));
-    let irradiance = intensity * (arriving.strength * n_dot_l);
-    let Reflectance { base, lobe } = reflector.reflect(&arriving.direction);
+    let irradiance = intensity * (arriving.strength * n_dot_l.abs());
+    let Reflectance { base, lobe } = match is_behind {
+        true => Reflectance { base: reflector.transmit(&arriving.direction), lobe: Vector3::zeros() },
+        false => reflector.reflect(&arriving.direction),
+    };
     let (base, lobe) = (base.component_mul(&irradiance), lobe.component_mul(&irradiance));
     (base + lobe != Vector3::zeros()).then_some(Reflectance { base, lobe })
 }

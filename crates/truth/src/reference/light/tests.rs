@@ -126,6 +126,8 @@ fn any_surface() -> impl Strategy<Value = ShadingPoint> {
                     film_nanometres: 10.0 * shininess,
                     anisotropy: metallic,
                     across: DVec3::new(roughness, occlusion - 0.5, metallic - 0.5),
+                    transmitting: roughness,
+                    transmission: specular,
                 },
                 ..mirror(1.0)
             }
@@ -144,9 +146,13 @@ fn lamp(position: DVec3, falloff: Falloff, range: Option<f64>) -> Light {
 
 const DARK: Environment = Environment { ambient: Vec3::ZERO, ground: None, background: Vec3::ZERO };
 
+fn illumination<'a>(lights: &'a [Light], environment: &'a Environment) -> Illumination<'a> {
+    let (open, open_behind, smith) = (1.0, 1.0, Smith::default());
+    Illumination { lights, environment, eye: DVec3::ZERO, open, open_behind, sky: None, smith }
+}
+
 fn lit<R: Real>(surface: &ShadingPoint, lights: &[Light], environment: &Environment) -> DVec3 {
-    let illumination =
-        Illumination { lights, environment, eye: DVec3::ZERO, open: 1.0, sky: None, smith: Smith::default() };
+    let illumination = illumination(lights, environment);
     radiance::<R>(surface, &illumination, &mut |_| 1.0)
 }
 
@@ -332,14 +338,7 @@ fn visibility_is_asked_only_of_lights_that_would_add_something() {
     let black = Light { color: Vec3::ZERO, ..above(1.0) };
     // Below the plane; out of range; without shadows; without light; and two that count.
     let lights = [above(-2.0), above(9.0), never, black, above(1.0), above(2.0)];
-    let illumination = Illumination {
-        lights: &lights,
-        environment: &DARK,
-        eye: DVec3::ZERO,
-        open: 1.0,
-        sky: None,
-        smith: Smith::default(),
-    };
+    let illumination = illumination(&lights, &DARK);
     let mut asked = Vec::new();
     let half = radiance::<f64>(&lambert(1.0), &illumination, &mut |light| {
         asked.push(light);
@@ -357,14 +356,7 @@ fn visibility_is_asked_only_of_lights_that_would_add_something() {
 fn body_and_shine_add_up_and_a_mirror_has_no_body() {
     let environment = Environment { ambient: Vec3::ONE, ground: Some(Vec3::ZERO), ..DARK };
     let light = [lamp(DVec3::Y, Falloff::InverseSquare, None)];
-    let illumination = Illumination {
-        lights: &light,
-        environment: &environment,
-        eye: DVec3::ZERO,
-        open: 1.0,
-        sky: None,
-        smith: Smith::default(),
-    };
+    let illumination = illumination(&light, &environment);
     let plastic = ShadingPoint { metallic: 0.0, emissive: DVec3::splat(7.0), ..mirror(0.25) };
     let Radiance { body, shine } = split_radiance::<f64>(&plastic, &illumination, &mut |_| 1.0);
     assert_eq!(body + shine, radiance::<f64>(&plastic, &illumination, &mut |_| 1.0));

@@ -154,6 +154,7 @@ fn illumination<'a>(subject: &AttributedFrame<'a>) -> Illumination<'a> {
         environment,
         eye: subject.view.camera.position,
         open: 1.0,
+        open_behind: 1.0,
         sky: None,
         smith: Smith::default(),
     }

@@ -212,6 +212,7 @@ mod tests {
             environment: &environment,
             eye: DVec3::ZERO,
             open: 1.0,
+            open_behind: 1.0,
             sky: None,
             smith: Smith::default(),
         };
