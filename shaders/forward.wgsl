@@ -28,6 +28,7 @@
 #endif
 #ifdef EXTRAS
 #import afterlight::instance::{highlighted, is_selected, packed_look, tint_of, unpacked_look}
+#import afterlight::strokes::{stroke_corner}
 #endif
 #import afterlight::shading::{light_everywhere, surface_of, Everywhere, Model}
 #ifdef LIGHTS
@@ -56,6 +57,8 @@ override COLORED: bool = false;
 override COLORED_LIGHT: bool = false;
 // Instances have looks.
 override LOOKS: bool = false;
+// The mesh is points and lines (strokes.wgsl).
+override STROKES: bool = false;
 override MASKED: bool = false;
 override TWO_SIDED: bool = false;
 // Shadows fall on it.
@@ -131,6 +134,9 @@ struct Vertex {
 #ifdef EXTRAS
     // Its look (material.wgsl).
     @location(13) look: vec4<u32>,
+    // The position of a stroke's other end.
+    @location(6) other_end: vec3<f32>,
+    @builtin(vertex_index) own: u32,
 #endif
 }
 
@@ -174,6 +180,11 @@ fn vertex(in: Vertex) -> Varying {
     let rows = Rows(in.row_x, in.row_y, in.row_z);
     let world = world_position(rows, in.position);
     out.position = frame.clip_from_world * vec4(world, 1.0);
+#ifdef EXTRAS
+    if STROKES {
+        out.position = stroke_corner(out.position, rows, in.position, in.other_end, in.own);
+    }
+#endif
     out.normal = world_normal(rows, in.normal);
 #ifdef TEXTURED
 #ifdef EXTRAS

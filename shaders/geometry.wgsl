@@ -31,6 +31,7 @@ enable primitive_index;
 #endif
 #ifdef EXTRAS
 #import afterlight::instance::{highlighted, is_selected, packed_look, tint_of, unpacked_look}
+#import afterlight::strokes::{stroke_corner}
 #endif
 
 // Bits of the textures that a material has (material.wgsl).
@@ -41,6 +42,8 @@ override COLORED: bool = false;
 override COLORED_LIGHT: bool = false;
 // Instances have looks.
 override LOOKS: bool = false;
+// The mesh is points and lines (strokes.wgsl).
+override STROKES: bool = false;
 override MASKED: bool = false;
 override TWO_SIDED: bool = false;
 // Shadows fall on it.
@@ -84,6 +87,11 @@ struct Vertex {
 #ifdef EXTRAS
     // Its look (material.wgsl).
     @location(13) look: vec4<u32>,
+    // The position of a stroke's other end.
+    @location(6) other_end: vec3<f32>,
+#ifndef PACKED
+    @builtin(vertex_index) own: u32,
+#endif
 #endif
 #ifdef TRIANGLE
     @location(12) number: u32,
@@ -137,6 +145,11 @@ fn vertex(in: Vertex) -> Varying {
     let rows = Rows(in.row_x, in.row_y, in.row_z);
     let world = world_position(rows, in.position);
     out.position = frame.clip_from_world * vec4(world, 1.0);
+#ifdef EXTRAS
+    if STROKES {
+        out.position = stroke_corner(out.position, rows, in.position, in.other_end, in.own);
+    }
+#endif
 #ifndef OVERDRAW
     out.normal = world_normal(rows, in.normal);
 #endif

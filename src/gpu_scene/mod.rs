@@ -106,6 +106,8 @@ pub const UV: u32 = 2;
 pub const TANGENT: u32 = 3;
 pub const COLOR: u32 = 4;
 pub const SECOND_UV: u32 = 5;
+/// The position of a stroke's other end: that of the vertex two further on.
+pub const OTHER_END: u32 = 6;
 /// Rows of an instance's map: the first of three locations, or four in shadow maps. They follow each other in one stream.
 pub const ROWS: u32 = 8;
 /// The last of a map's four.
@@ -120,7 +122,7 @@ pub const POSITION_BEFORE: u32 = 14;
 /// Format of a stream's only attribute.
 pub fn stream_format(stream: u32) -> vk::Format {
     match stream {
-        POSITION | NORMAL | POSITION_BEFORE => vk::Format::R32G32B32_SFLOAT,
+        POSITION | NORMAL | OTHER_END | POSITION_BEFORE => vk::Format::R32G32B32_SFLOAT,
         UV | SECOND_UV => vk::Format::R32G32_SFLOAT,
         NUMBER => vk::Format::R32_UINT,
         // Every device fetches it (Vulkan, "Required Format Support").
@@ -140,7 +142,7 @@ fn colors(mesh: &Mesh) -> Cow<'_, [[f32; 4]]> {
 /// Bytes of a vertex in a stream.
 fn stride(stream: u32) -> u32 {
     match stream {
-        POSITION | NORMAL | POSITION_BEFORE => 12,
+        POSITION | NORMAL | OTHER_END | POSITION_BEFORE => 12,
         UV | SECOND_UV => 8,
         NUMBER => 4,
         LOOK => 8,
@@ -159,6 +161,7 @@ pub fn vertex_input(locations: &[u32], extras: Extras) -> VertexInputState {
         COLOR if !extras.colors => POSITION,
         SECOND_UV if !extras.second_uvs => UV,
         LOOK if !extras.looks => ROWS,
+        OTHER_END if !extras.strokes => POSITION,
         ROWS..=ROW_W => ROWS,
         own => own,
     };
@@ -274,15 +277,16 @@ impl GpuScene {
     /// Binds the vertex buffers of some streams, or those of deformed objects.
     pub fn bind(&self, device: &Device, cmd: vk::CommandBuffer, streams: &[u32], deformed: bool) {
         for &stream in streams {
+            let further = if stream == OTHER_END { 2 * u64::from(stride(POSITION)) } else { 0 };
             if let Some(own) = self.deformed.as_ref().filter(|_| deformed) {
                 if let Some(start) = own.start(stream) {
                     // SAFETY: as below; the stream begins within the buffer.
-                    unsafe { device.raw.cmd_bind_vertex_buffers(cmd, stream, &[own.vertices.raw], &[start]) };
+                    unsafe { device.raw.cmd_bind_vertex_buffers(cmd, stream, &[own.vertices.raw], &[start + further]) };
                 }
                 continue;
             }
             let buffer = match stream {
-                POSITION => &self.positions,
+                POSITION | OTHER_END => &self.positions,
                 NORMAL => &self.normals,
                 UV => &self.uvs,
                 SECOND_UV => &self.second_uvs,
@@ -292,7 +296,7 @@ impl GpuScene {
             if let Some(buffer) = buffer {
                 // SAFETY: the buffer was created with VERTEX_BUFFER usage and lives as long as this scene, which the frame
                 // keeps until its submissions are done.
-                unsafe { device.raw.cmd_bind_vertex_buffers(cmd, stream, &[buffer.raw], &[0]) };
+                unsafe { device.raw.cmd_bind_vertex_buffers(cmd, stream, &[buffer.raw], &[further]) };
             }
         }
     }

@@ -15,7 +15,7 @@ use crate::gpu::{
     self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, SetLayout, ShaderStage, pipeline_layout,
 };
 use crate::gpu_scene::{
-    COLOR, CullingBuffers, GpuScene, NORMAL, POSITION, SECOND_UV, SetForm, TANGENT, UV, vertex_input,
+    COLOR, CullingBuffers, GpuScene, NORMAL, OTHER_END, POSITION, SECOND_UV, SetForm, TANGENT, UV, vertex_input,
 };
 use crate::plan::{FramePlan, GeometryKey, LobeMask, LobesPlan, Opacity, Shading, ToneMapping};
 use crate::scene::{AlphaMode, Brdf, Material, TextureSlot};
@@ -133,6 +133,7 @@ impl SurfacePipelines {
                 (TANGENT, plan.streams.tangents),
                 (COLOR, plan.streams.colors),
                 (SECOND_UV, plan.streams.second_uvs),
+                (OTHER_END, plan.keys().any(|key| key.extras.strokes)),
             ]
             .into_iter()
             .filter_map(|(stream, present)| present.then_some(stream))
@@ -288,9 +289,9 @@ pub fn faces(key: GeometryKey) -> (vk::CullModeFlags, vk::FrontFace) {
     )
 }
 
-/// Reversed Z. After a depth pre-pass only surfaces that it left visible are equal to its depth; masked surfaces were not in it.
+/// Reversed Z. After a depth pre-pass only surfaces that it left visible are equal to its depth; masked ones and strokes were not in it.
 pub fn opaque_depth(plan: &FramePlan, key: GeometryKey) -> DepthState {
-    match plan.depth_prepass && !key.masked {
+    match plan.depth_prepass && key.is_in_prepass() {
         true => DepthState { test: vk::CompareOp::EQUAL, write: false },
         false => DepthState { test: vk::CompareOp::GREATER, write: true },
     }
@@ -411,6 +412,7 @@ fn lit_constants(plan: &FramePlan, key: GeometryKey, desc: &LitDesc) -> Vec<(u32
         (constants::COLORED, u32::from(key.extras.colors)),
         (constants::COLORED_LIGHT, u32::from(key.extras.colored_light)),
         (constants::LOOKS, u32::from(key.extras.looks)),
+        (constants::STROKES, u32::from(key.extras.strokes)),
         (constants::MASKED, u32::from(desc.masked)),
         (constants::TWO_SIDED, u32::from(key.two_sided)),
         (constants::RECEIVES, u32::from(key.receives)),

@@ -121,7 +121,7 @@ mod tests {
 
     use super::super::surface::Limits;
     use super::*;
-    use crate::gpu_scene::{COLOR, LOOK, NORMAL, NUMBER, POSITION, ROWS, SECOND_UV, TANGENT, UV};
+    use crate::gpu_scene::{COLOR, LOOK, NORMAL, NUMBER, OTHER_END, POSITION, ROWS, SECOND_UV, TANGENT, UV};
     use crate::plan::{OitTargets, samples};
     use crate::shaders::forward as shader;
 
@@ -135,7 +135,7 @@ mod tests {
                 let variant = shader::variant(flags).unwrap_or_else(|| panic!("{name}: no variant {flags:?}"));
                 for input in variant.vertex().expect("a vertex stage").vertex_inputs {
                     let present = match input.location {
-                        POSITION | ROWS..=NUMBER => true,
+                        POSITION | OTHER_END | ROWS..=NUMBER => true,
                         LOOK => plan.has_looks() || !key.extras.looks,
                         NORMAL => streams.normals,
                         UV => streams.uvs,

@@ -79,7 +79,7 @@ pub use lobes::{Anisotropy, MIN_SHEEN_ROUGHNESS, MOST_DISPERSION, Refraction, Sh
 pub use look::{HIGHLIGHT, HIGHLIGHT_SHARE, Look, MAX_ATLAS_EDGE};
 pub(crate) use material::FORMS;
 pub use material::{AlphaMode, Brdf, DIELECTRIC, Material, SlotForm, TextureSlot, UvMap, scaled};
-pub use mesh::{CastsShadow, Mesh, Object, TriangleId};
+pub use mesh::{CastsShadow, Mesh, Object, STROKE_ENDS, STROKE_VERTICES, TriangleId, stroke_indices};
 // Tests of the order of vertices measure with them, here and in the renderer.
 #[doc(hidden)]
 pub use mesh::{grid_indices, transformed_vertices};

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::{DeformPlan, GeometryKey, NumberedMesh, Streams, SurfaceRules};
-use crate::scene::{Keep, Level, Mesh, Object, OptionalPart, Scene, TextureSlot};
+use crate::scene::{Keep, Level, Mesh, Object, OptionalPart, STROKE_VERTICES, Scene, TextureSlot};
 
 /// Bits of an index.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -185,6 +185,7 @@ impl MeshPlan {
     }
 
     fn push(&mut self, mesh: (usize, &Mesh), vertices: usize, streams: Streams, keep: Keep) {
+        self.vertices = first_vertex(self.vertices, mesh.1);
         self.push_indices(mesh, (Some(self.vertices as u32), vertices), streams, keep);
         self.vertices += vertices as u64;
         for (needed, end) in [
@@ -251,6 +252,11 @@ impl MeshPlan {
             [self.vertices + self.normals, self.uvs + self.second_uvs, self.tangents + self.colors];
         12 * threes + 8 * twos + 16 * fours + self.deforms.vertex_bytes() + self.index_bytes()
     }
+}
+
+/// The first vertex of a mesh behind so many others. That of strokes is a multiple of a stroke's, so that shaders know a vertex's corner by its number.
+pub(super) fn first_vertex(others: u64, mesh: &Mesh) -> u64 {
+    if mesh.is_strokes { others.next_multiple_of(STROKE_VERTICES as u64) } else { others }
 }
 
 /// By mesh: its levels of detail, if any are to be drawn; empty where none of any mesh are. Transparent meshes are drawn whole, as their triangles
