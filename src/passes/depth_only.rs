@@ -82,7 +82,8 @@ impl DepthOnly {
         for draw in draws {
             let object = &recording.world.objects[draw.object];
             // There is one for each opaque key of the plan.
-            let Some(pipeline) = self.pipelines.get(&cull_key(&object.key)).filter(|_| object.key.is_in_prepass()) else {
+            let Some(pipeline) = self.pipelines.get(&cull_key(&object.key)).filter(|_| object.key.is_in_prepass())
+            else {
                 continue;
             };
             if bound != Some(pipeline.raw) {

@@ -16,8 +16,9 @@ const CLOSER: f64 = 1.5;
 /// The most triangles that are looked at; of more, every so many.
 const MOST: usize = 300_000;
 
-/// Metres that the width of a line covers, a pixel, as a share of the scene's radius: about 600 pixels show all of it.
-const STROKE_WIDTH: f64 = 1.0 / 300.0;
+/// The width by which points and lines count beside triangles, as a share of the scene's radius. It is wider than a pixel, or a few points beside a
+/// large triangle would be outliers.
+const STROKE_WIDTH: f64 = 1.0 / 30.0;
 
 /// Corners of triangles that face a camera, each with a third of the area that the triangle covers.
 struct WeightedCorners(Vec<(DVec3, f64)>);
@@ -44,7 +45,7 @@ impl WeightedCorners {
                 let [a, b, c] = triangle.map(|index| object.transform.transform_point3(place(index)));
                 let facing = (b - a).cross(c - a).dot(toward_camera) * if mirrored { -0.5 } else { 0.5 };
                 let area = match mesh.is_strokes {
-                    true => stroke_width * (0.5 * (b - a).reject_from(toward_camera).length() + stroke_width),
+                    true => 0.5 * stroke_width * ((b - a).reject_from(toward_camera).length() + stroke_width),
                     false if two_sided => facing.abs(),
                     false => facing,
                 };

@@ -90,7 +90,11 @@ fn lines_keep_their_attributes_and_are_lit_by_their_normals() {
     }
     assert_eq!(mesh.normals[0], [0.0, 0.0, 1.0]);
     assert_eq!(mesh.normals[7], [0.0, 1.0, 0.0]);
-    assert!(found.warnings[0].contains("normals have no length or are not finite, taken for +Y"), "{:?}", found.warnings);
+    assert!(
+        found.warnings[0].contains("normals have no length or are not finite, taken for +Y"),
+        "{:?}",
+        found.warnings
+    );
     assert!(!found.materials[found.objects[0].material].unlit);
 }
 

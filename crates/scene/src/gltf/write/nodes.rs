@@ -119,7 +119,8 @@ fn primitive(mesh: &Mesh, document: &mut DocumentBuilder) -> Value {
 /// The ends of lines, two each, or points, with the primitive's mode.
 fn ends(mesh: &Mesh) -> (Mesh, usize) {
     let are_points = mesh.strokes().all(|[first, second]| mesh.positions[first] == mesh.positions[second]);
-    let vertices: Vec<usize> = mesh.strokes().flat_map(|own| own.into_iter().take(if are_points { 1 } else { 2 })).collect();
+    let vertices: Vec<usize> =
+        mesh.strokes().flat_map(|own| own.into_iter().take(if are_points { 1 } else { 2 })).collect();
     fn of<T: Copy>(values: &[T], vertices: &[usize]) -> Vec<T> {
         if values.is_empty() { Vec::new() } else { vertices.iter().map(|&vertex| values[vertex]).collect() }
     }
