@@ -47,17 +47,21 @@ struct Varying {
 
 @vertex
 fn vertex(in: Vertex) -> Varying {
-    let p = vec4(in.position, 1.0);
+    var p = vec4(in.position, 1.0);
     let world = vec3(dot(in.row_x, p), dot(in.row_y, p), dot(in.row_z, p));
-#ifdef DEFORMED
-    let q = vec4(in.position_before, 1.0);
-#else
-    let q = p;
-#endif
     var position = frame.clip_from_world * vec4(world, 1.0);
+#ifdef DEFORMED
+    var q = vec4(in.position_before, 1.0);
+#else
+    var q = p;
+#endif
 #ifdef STROKES
-    let rows = Rows(in.row_x, in.row_y, in.row_z);
-    position = stroke_corner(position, rows, in.position, in.other_end, in.own);
+    let corner = stroke_corner(position, Rows(in.row_x, in.row_y, in.row_z), in.position, in.other_end, in.own);
+    position = corner.position;
+    // An end that was moved before the camera moves as it did.
+    let moved = vec4((in.other_end - in.position) * corner.share, 0.0);
+    p += moved;
+    q += moved;
 #endif
     return Varying(
         position,

@@ -9,16 +9,21 @@ const STROKE_VERTICES: u32 = 6u; // host
 // A line whose direction across the picture is smaller, as a share of its length, is seen end on: a point.
 const END_ON: f32 = 1e-6;
 
-// The place in clip space of a corner, whose end is at `end`. Its other end is `other - own` away in mesh space.
+// A corner of a stroke, and how far it is from its own end to the other one, as a share of the line: 0 but for an end behind the camera.
+struct StrokeCorner {
+    position: vec4<f32>,
+    share: f32,
+}
+
+// The corner of a vertex whose end is at `end` in clip space. The other end is `other - own` away in mesh space.
 //
-// The offset is times w, so the corners of both ends lie on straight lines in clip space, and the device clips a stroke that crosses the camera's plane as
-// it clips any triangle.
-fn stroke_corner(end: vec4<f32>, rows: Rows, own: vec3<f32>, other: vec3<f32>, vertex: u32) -> vec4<f32> {
+// An end before the near plane is moved onto it along the line. The device could clip a line that crosses the camera's plane, but no rectangle around it: there
+// its width would be negative behind the camera, and its two sides would cross.
+fn stroke_corner(end: vec4<f32>, rows: Rows, own: vec3<f32>, other: vec3<f32>, vertex: u32) -> StrokeCorner {
     let corner = vertex % STROKE_VERTICES;
     let is_first = corner == 0u || corner == 3u;
-    let away = other - own;
-    let world = vec3(dot(rows.x.xyz, away), dot(rows.y.xyz, away), dot(rows.z.xyz, away));
-    let step = unit_size((frame.clip_from_world * vec4(world, 0.0)).xyw);
+    let away = frame.clip_from_world * vec4(world_offset(rows, other - own), 0.0);
+    let step = unit_size(away.xyw);
     let here = unit_size(end.xyw);
     // The derivative of x / w and y / w along the line, times w squared: its direction on the picture, wherever on the line, and on which side of the camera.
     let derivative = step.xy * here.z - here.xy * step.z;
@@ -30,7 +35,22 @@ fn stroke_corner(end: vec4<f32>, rows: Rows, own: vec3<f32>, other: vec3<f32>, v
     }
     let across = vec2(-along.y, along.x);
     let offset = along * select(0.5, -0.5, is_first) + across * select(-0.5, 0.5, corner < 2u);
-    return end + vec4(offset * pixel * end.w, 0.0, 0.0);
+    var out = StrokeCorner(end, 0.0);
+    // Of parallel rays w is 1 everywhere.
+    if end.w < frame.near && away.w > 0.0 {
+        out.share = min((frame.near - end.w) / away.w, 1.0);
+        out.position = end + away * out.share;
+        if out.share < 1.0 {
+            out.position.w = frame.near;
+        }
+    }
+    out.position += vec4(offset * pixel * out.position.w, 0.0, 0.0);
+    return out;
+}
+
+// A difference of positions in mesh space, in the world.
+fn world_offset(rows: Rows, offset: vec3<f32>) -> vec3<f32> {
+    return vec3(dot(rows.x.xyz, offset), dot(rows.y.xyz, offset), dot(rows.z.xyz, offset));
 }
 
 // Scaled so that products of two neither overflow nor vanish.

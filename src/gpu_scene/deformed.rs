@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::{COLOR, NORMAL, OTHER_END, POSITION, POSITION_BEFORE, SECOND_UV, TANGENT, UV, colors, directions, stride};
+use super::{COLOR, NORMAL, POSITION, POSITION_BEFORE, SECOND_UV, TANGENT, UV, colors, directions, stride};
 use crate::gpu::{self, Buffer, Device, Location, MemoryKind, Uploader};
 use crate::plan::{DeformPlan, PlannedDeform};
 use crate::scene::{Mesh, Scene};
@@ -138,11 +138,7 @@ impl Deformed {
 
     /// Returns the first byte of a stream; `None` where no pipeline reads it.
     pub fn start(&self, stream: u32) -> Option<u64> {
-        match stream {
-            POSITION_BEFORE => self.before,
-            OTHER_END => self.starts[POSITION as usize],
-            _ => self.starts[stream as usize],
-        }
+        if stream == POSITION_BEFORE { self.before } else { self.starts[stream as usize] }
     }
 }
 

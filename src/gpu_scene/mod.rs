@@ -106,8 +106,10 @@ pub const UV: u32 = 2;
 pub const TANGENT: u32 = 3;
 pub const COLOR: u32 = 4;
 pub const SECOND_UV: u32 = 5;
-/// The position of a stroke's other end: that of the vertex two further on.
+/// Position, colour and texture coordinates of a stroke's other end: those of the vertex two further on, from the same streams.
 pub const OTHER_END: u32 = 6;
+pub const OTHER_COLOR: u32 = 7;
+pub const OTHER_UV: u32 = 15;
 /// Rows of an instance's map: the first of three locations, or four in shadow maps. They follow each other in one stream.
 pub const ROWS: u32 = 8;
 /// The last of a map's four.
@@ -122,7 +124,7 @@ pub const POSITION_BEFORE: u32 = 14;
 /// Format of a stream's only attribute.
 pub fn stream_format(stream: u32) -> vk::Format {
     match stream {
-        POSITION | NORMAL | OTHER_END | POSITION_BEFORE => vk::Format::R32G32B32_SFLOAT,
+        POSITION | NORMAL | POSITION_BEFORE => vk::Format::R32G32B32_SFLOAT,
         UV | SECOND_UV => vk::Format::R32G32_SFLOAT,
         NUMBER => vk::Format::R32_UINT,
         // Every device fetches it (Vulkan, "Required Format Support").
@@ -142,7 +144,7 @@ fn colors(mesh: &Mesh) -> Cow<'_, [[f32; 4]]> {
 /// Bytes of a vertex in a stream.
 fn stride(stream: u32) -> u32 {
     match stream {
-        POSITION | NORMAL | OTHER_END | POSITION_BEFORE => 12,
+        POSITION | NORMAL | POSITION_BEFORE => 12,
         UV | SECOND_UV => 8,
         NUMBER => 4,
         LOOK => 8,
@@ -158,10 +160,13 @@ pub type VertexInputState = (Vec<vk::VertexInputBindingDescription>, Vec<vk::Ver
 /// leave unread, are read of a stream that is there.
 pub fn vertex_input(locations: &[u32], extras: Extras) -> VertexInputState {
     let stream_of = |location| match location {
+        OTHER_END => POSITION,
+        OTHER_UV => UV,
+        OTHER_COLOR if extras.colors => COLOR,
+        OTHER_COLOR => POSITION,
         COLOR if !extras.colors => POSITION,
         SECOND_UV if !extras.second_uvs => UV,
         LOOK if !extras.looks => ROWS,
-        OTHER_END if !extras.strokes => POSITION,
         ROWS..=ROW_W => ROWS,
         own => own,
     };
@@ -182,7 +187,11 @@ pub fn vertex_input(locations: &[u32], extras: Extras) -> VertexInputState {
         let stream = stream_of(location);
         // An attribute that is read of another stream, and dropped, is of its own type nevertheless.
         let format = stream_format(if location == LOOK { LOOK } else { stream });
-        let offset = if (ROWS..=ROW_W).contains(&location) { (location - ROWS) * row } else { 0 };
+        let offset = match location {
+            ROWS..=ROW_W => (location - ROWS) * row,
+            OTHER_END | OTHER_COLOR | OTHER_UV if extras.strokes => 2 * stride(stream),
+            _ => 0,
+        };
         vk::VertexInputAttributeDescription::default().binding(stream).location(location).format(format).offset(offset)
     };
     (streams.into_iter().map(binding).collect(), locations.iter().map(attribute).collect())
@@ -277,16 +286,15 @@ impl GpuScene {
     /// Binds the vertex buffers of some streams, or those of deformed objects.
     pub fn bind(&self, device: &Device, cmd: vk::CommandBuffer, streams: &[u32], deformed: bool) {
         for &stream in streams {
-            let further = if stream == OTHER_END { 2 * u64::from(stride(POSITION)) } else { 0 };
             if let Some(own) = self.deformed.as_ref().filter(|_| deformed) {
                 if let Some(start) = own.start(stream) {
                     // SAFETY: as below; the stream begins within the buffer.
-                    unsafe { device.raw.cmd_bind_vertex_buffers(cmd, stream, &[own.vertices.raw], &[start + further]) };
+                    unsafe { device.raw.cmd_bind_vertex_buffers(cmd, stream, &[own.vertices.raw], &[start]) };
                 }
                 continue;
             }
             let buffer = match stream {
-                POSITION | OTHER_END => &self.positions,
+                POSITION => &self.positions,
                 NORMAL => &self.normals,
                 UV => &self.uvs,
                 SECOND_UV => &self.second_uvs,
@@ -296,7 +304,7 @@ impl GpuScene {
             if let Some(buffer) = buffer {
                 // SAFETY: the buffer was created with VERTEX_BUFFER usage and lives as long as this scene, which the frame
                 // keeps until its submissions are done.
-                unsafe { device.raw.cmd_bind_vertex_buffers(cmd, stream, &[buffer.raw], &[further]) };
+                unsafe { device.raw.cmd_bind_vertex_buffers(cmd, stream, &[buffer.raw], &[0]) };
             }
         }
     }

@@ -15,7 +15,7 @@ use crate::gpu::{
     self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, SetLayout, ShaderStage, pipeline_layout,
 };
 use crate::gpu_scene::{
-    COLOR, CullingBuffers, GpuScene, NORMAL, OTHER_END, POSITION, SECOND_UV, SetForm, TANGENT, UV, vertex_input,
+    COLOR, CullingBuffers, GpuScene, NORMAL, POSITION, SECOND_UV, SetForm, TANGENT, UV, vertex_input,
 };
 use crate::plan::{FramePlan, GeometryKey, LobeMask, LobesPlan, Opacity, Shading, ToneMapping};
 use crate::scene::{AlphaMode, Brdf, Material, TextureSlot};
@@ -133,7 +133,6 @@ impl SurfacePipelines {
                 (TANGENT, plan.streams.tangents),
                 (COLOR, plan.streams.colors),
                 (SECOND_UV, plan.streams.second_uvs),
-                (OTHER_END, plan.keys().any(|key| key.extras.strokes)),
             ]
             .into_iter()
             .filter_map(|(stream, present)| present.then_some(stream))

@@ -141,12 +141,8 @@ impl PassRecorder for VelocityPass {
                 continue;
             }
             recording.bind_pipeline(pipeline.raw);
-            let streams: &[u32] = match kind {
-                (false, false) => &[POSITION],
-                (false, true) => &[POSITION, OTHER_END],
-                (true, false) => &[POSITION, POSITION_BEFORE],
-                (true, true) => &[POSITION, POSITION_BEFORE, OTHER_END],
-            };
+            let (deformed, _) = kind;
+            let streams: &[u32] = if deformed { &[POSITION, POSITION_BEFORE] } else { &[POSITION] };
             let mut meshes = MeshDraws::new(recording, streams);
             for moved in own {
                 let object = object(moved.draw.object);

@@ -240,7 +240,7 @@ impl Scene {
         skinned || (blended && !mesh.morphs.is_empty())
     }
 
-    /// Triangles of [`Scene::model_objects`], after instancing.
+    /// Triangles of [`Scene::model_objects`], after instancing; two for each point or line.
     pub fn triangle_count(&self) -> usize {
         self.model_objects().filter_map(|object| self.meshes.get(object.mesh)).map(|mesh| mesh.indices.len() / 3).sum()
     }

@@ -4,6 +4,8 @@
 //! is one pixel wide and reaches half a pixel beyond both ends. On the mesh it has no area: all code that draws triangles, hits them with rays or sums their
 //! areas then needs no case for it.
 
+use glam::DVec3;
+
 use super::Mesh;
 
 /// Vertices of a stroke.
@@ -22,6 +24,14 @@ pub fn stroke_indices(strokes: usize) -> impl Iterator<Item = u32> {
 }
 
 impl Mesh {
+    /// Lines between these places in mesh space, and points where both are the same. Their normals are +Y: without light they need an unlit material.
+    pub fn of_strokes(name: impl Into<String>, strokes: &[[DVec3; 2]]) -> Self {
+        let points: Vec<DVec3> = strokes.iter().flat_map(|ends| STROKE_ENDS.map(|end| ends[end])).collect();
+        let normals = vec![[0.0, 1.0, 0.0]; points.len()];
+        let indices = stroke_indices(strokes.len()).collect();
+        Self { normals, indices, is_strokes: true, ..Self::from_points(name, &points) }
+    }
+
     /// The first and the last vertex of each stroke; none of a mesh that has triangles.
     pub fn strokes(&self) -> impl Iterator<Item = [usize; 2]> {
         let count = if self.is_strokes { self.positions.len() / STROKE_VERTICES } else { 0 };
@@ -47,19 +57,11 @@ impl Mesh {
 
 #[cfg(test)]
 mod tests {
-    use glam::DVec3;
-
     use super::*;
-
-    /// One stroke between these places.
-    fn stroke(ends: [DVec3; 2]) -> Mesh {
-        let points = STROKE_ENDS.map(|end| ends[end]);
-        Mesh { indices: stroke_indices(1).collect(), is_strokes: true, ..Mesh::from_points("stroke", &points) }
-    }
 
     #[test]
     fn a_stroke_has_no_area_and_the_other_end_two_vertices_on() {
-        let mesh = stroke([DVec3::ZERO, DVec3::new(1.0, 2.0, 3.0)]);
+        let mesh = Mesh::of_strokes("one", &[[DVec3::ZERO, DVec3::new(1.0, 2.0, 3.0)]]);
         for corners in mesh.indices.as_chunks::<3>().0 {
             let points = corners.map(|corner| DVec3::from(mesh.positions[corner as usize].map(f64::from)));
             assert_eq!(crate::mesh::triangle_normal(&points), None);
@@ -73,7 +75,7 @@ mod tests {
 
     #[test]
     fn triangles_that_are_no_strokes_are_a_fault() {
-        let good = stroke([DVec3::ZERO, DVec3::X]);
+        let good = Mesh::of_strokes("one", &[[DVec3::ZERO, DVec3::X]]);
         let mut short = good.clone();
         short.positions.pop();
         assert!(short.strokes_fault().unwrap().contains("5 vertices are not 6"));

@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 use serde_json::json;
 
 use super::{GltfBuilder, push};
-use crate::{Imported, Mesh};
+use crate::{CastsShadow, Imported, Mesh, Object};
 
 fn mesh(file: &GltfBuilder) -> Mesh {
     file.read().meshes.remove(0)
