@@ -106,8 +106,8 @@ fn crowd() -> Scene {
     let veil = Material { alpha: 0.5, alpha_mode: AlphaMode::Blend, ..unlit(Vec3::new(0.1, 1.0, 0.3)) };
     add_strokes(&mut scene, &around(60, &mut random), veil.clone());
     add(&mut scene, rectangle([-0.5, -0.5], [0.2, 0.4], 0.6), veil, DAffine3::IDENTITY);
-    let colors = (0..scene.meshes[1].positions.len()).map(|at| [1.0, (at % 6) as f32 / 6.0, 0.5, 1.0]);
-    scene.meshes[1].colors = colors.collect();
+    let of_end = |end: usize| [[1.0, 0.2, 0.5, 1.0], [0.3, 1.0, 0.1, 1.0]][end];
+    scene.meshes[1].colors = STROKE_ENDS.repeat(60).into_iter().map(of_end).collect();
     // A mirror turns no stroke's back to the camera.
     scene.objects[1].transform = DAffine3::from_scale(DVec3::new(-1.0, 1.2, 1.0));
     scene.objects.iter_mut().for_each(|object| object.casts_shadow = afterlight::scene::CastsShadow::No);
@@ -210,7 +210,7 @@ fn a_line_is_drawn_through_the_plane_of_the_camera_where_the_truth_has_it() {
             add_strokes(&mut scene, &[[middle(20, 10), behind]], unlit(Vec3::ONE));
             let picture = gpu.draw(&scene, &exact(SIZE[0], SIZE[1]));
             let [off, strokes] = share_off(&scene, &picture, SIZE);
-            assert!(strokes > 0.005 && off <= 2.0 / 4096.0, "{steps}: {off} of {strokes}");
+            assert!(strokes > 0.002 && off <= 2.0 / 4096.0, "{steps}: {off} of {strokes}");
         }
     });
 }
@@ -227,9 +227,9 @@ fn the_light_path_that_looks_triangles_up_refuses_strokes() {
     });
 }
 
-/// One edge of each triangle of a mesh, which moves as the mesh does.
+/// An edge of some triangles of a mesh, which move as the mesh does. Edges that meet would be equally near where they do.
 fn edges(mesh: &Mesh) -> Mesh {
-    let corners = mesh.indices.as_chunks::<3>().0.iter();
+    let corners = mesh.indices.as_chunks::<3>().0.iter().step_by(9);
     let vertices: Vec<usize> = corners.flat_map(|own| STROKE_ENDS.map(|end| own[end] as usize)).collect();
     fn of<T: Copy>(values: &[T], vertices: &[usize]) -> Vec<T> {
         if values.is_empty() { Vec::new() } else { vertices.iter().map(|&vertex| values[vertex]).collect() }
@@ -260,7 +260,8 @@ fn lines_that_joints_and_shapes_move_are_those_of_the_truth() {
     on_gpu(|gpu| {
         let mut scene = moving(DVec3::ZERO);
         scene.lights.iter_mut().for_each(|light| light.casts_shadow = false);
-        // A mesh of other vertices before them, so that strokes do not begin the buffers.
+        let materials = scene.materials.clone();
+        scene.objects.retain(|object| !materials[object.material].is_transparent());
         for mesh in scene.meshes.iter_mut().filter(|mesh| !mesh.is_plain()) {
             *mesh = edges(mesh);
         }
@@ -274,7 +275,7 @@ fn lines_that_joints_and_shapes_move_are_those_of_the_truth() {
             let picture = renderer.picture(&scene.camera, || {}).unwrap_or_else(|error| panic!("{error}"));
             let [off, strokes] = share_off(&scene.at(&playing), &picture, size);
             println!("{time}: {off} {strokes}");
-            assert!(strokes > 0.01 && off < 0.02 * strokes.max(0.05), "{time}: {off} of {strokes}");
+            assert!(strokes > 0.003 && off < 0.05 * strokes, "{time}: {off} of {strokes}");
         }
     });
 }

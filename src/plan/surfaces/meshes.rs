@@ -457,4 +457,21 @@ mod tests {
         let oit = Settings { transparency: crate::scene::Transparency::Oit, ..Settings::default() };
         assert_eq!(width(&scene, &oit), None);
     }
+
+    #[test]
+    fn strokes_begin_at_a_multiple_of_their_vertices_and_face_the_camera() {
+        let two_sided = Material { two_sided: true, ..Material::default() };
+        let mut scene = distinct(vec![Material::default(), two_sided]);
+        scene.meshes[1] = Mesh::of_strokes("strokes", &[[DVec3::ZERO, DVec3::X]]);
+        scene.objects[1].transform = glam::DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
+        let plan = plan(&scene);
+        let own = plan.meshes.meshes.iter().find(|own| own.mesh == 1).expect("the strokes");
+        assert_eq!((own.first_vertex, plan.meshes.vertices), (Some(6), 12));
+        let keys: Vec<_> = plan.geometry.iter().filter(|key| key.extras.strokes).collect();
+        let [key] = keys[..] else { panic!("{keys:?}") };
+        assert!(key.has_extras() && !key.two_sided && !key.mirrored && !key.is_in_prepass());
+        // Without them nothing has their code.
+        scene.objects.truncate(1);
+        assert!(samples::plan(&scene).keys().all(|key| !key.has_extras()));
+    }
 }

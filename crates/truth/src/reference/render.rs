@@ -12,9 +12,9 @@ use super::occlusion;
 use super::rays::CameraRays;
 use super::shadow::Receiver;
 use super::sky::SkySampler;
-use super::strokes::Strokes;
+use super::strokes::{Overlay, Strokes};
 use super::surface::ShadingPoint;
-use super::{Billboards, CameraView, Effects, Lit, Mode, Smith, Truth, TruthOptions, material, sampling};
+use super::{CameraView, Effects, Lit, Mode, Smith, Truth, TruthOptions, material, sampling};
 use afterlight_scene::{AlphaMode, Brdf, Camera, Error, Light, Scene, Settings, ThinLens, TriangleId};
 
 /// Samples that are added to every pixel before the next pass begins. A pass depends on the samples' numbers alone.
@@ -60,12 +60,6 @@ pub struct Accumulation {
 pub(super) enum Points {
     All,
     One { sample: u32, pixel: u64 },
-}
-
-/// What the rays of a picture alone meet.
-struct Overlay<'a> {
-    billboards: Billboards<'a>,
-    strokes: Strokes<'a>,
 }
 
 /// The light of a sample, and the triangle seen there, if any.
@@ -145,16 +139,6 @@ impl<'a> Reference<'a> {
 
     pub(super) fn geometry(&self) -> &Geometry<'a> {
         &self.geometry
-    }
-
-    fn overlay(&self, rays: &CameraRays) -> Overlay<'_> {
-        Overlay { billboards: self.billboards(rays), strokes: Strokes::of(&self.geometry, rays) }
-    }
-
-    /// The nearest opaque surface on one of a picture's rays.
-    fn seen_on(&self, ray: &Ray, rays: &CameraRays) -> Option<Hit> {
-        let strokes = Strokes::unsorted(&self.geometry, rays);
-        self.geometry.seen_with(ray, rays.near, |visit| strokes.met(ray, 0, visit), &mut Vec::new())
     }
 
     /// The nearest opaque surface at a place of the picture, in pixels from its upper left corner (the middle of the first one is at

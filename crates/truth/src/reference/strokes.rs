@@ -8,9 +8,11 @@
 
 use glam::{DVec2, DVec3};
 
+use super::Billboards;
 use super::geometry::{Geometry, Hit};
 use super::intersect::{Crossing, Ray};
 use super::rays::CameraRays;
+use super::render::Reference;
 
 /// A line whose direction across the picture is smaller, as a share of its length, is seen end on: a point.
 const END_ON: f64 = 1e-6;
@@ -30,6 +32,24 @@ pub(super) struct Strokes<'a> {
     /// From metres to pixels at a distance of 1, or anywhere where rays are parallel.
     right: DVec3,
     down: DVec3,
+}
+
+/// What the rays of a picture alone meet.
+pub(super) struct Overlay<'a> {
+    pub billboards: Billboards<'a>,
+    pub strokes: Strokes<'a>,
+}
+
+impl Reference<'_> {
+    pub(super) fn overlay(&self, rays: &CameraRays) -> Overlay<'_> {
+        Overlay { billboards: self.billboards(rays), strokes: Strokes::of(&self.geometry, rays) }
+    }
+
+    /// The nearest opaque surface on one of a picture's rays.
+    pub(super) fn seen_on(&self, ray: &Ray, rays: &CameraRays) -> Option<Hit> {
+        let strokes = Strokes::unsorted(&self.geometry, rays);
+        self.geometry.seen_with(ray, rays.near, |visit| strokes.met(ray, 0, visit), &mut Vec::new())
+    }
 }
 
 /// An end, relative to a ray.
@@ -80,6 +100,10 @@ impl<'a> Strokes<'a> {
         if a.distance.max(b.distance) < self.near {
             return None;
         }
+        // Parallel rays need no end before the near plane: places on the picture are finite there.
+        if self.parallel {
+            return Some([0.0, 1.0]);
+        }
         let cut = (self.near - a.distance) / (b.distance - a.distance);
         Some([if a.distance < self.near { cut } else { 0.0 }, if b.distance < self.near { cut } else { 1.0 }])
     }
@@ -121,7 +145,7 @@ impl<'a> Strokes<'a> {
         let here = a.towards(&b, share);
         let off = here.across.dot(across) / here.w;
         let edges = [(before, -along), (behind, along), (HALF + off, across), (HALF - off, -across)];
-        if !edges.into_iter().all(is_within) {
+        if here.distance < self.near * (1.0 - 1e-12) || !edges.into_iter().all(is_within) {
             return None;
         }
         let share = first + (last - first) * share;
