@@ -464,7 +464,8 @@ mod tests {
         let mut scene = distinct(vec![Material::default(), two_sided]);
         scene.meshes[1] = Mesh::of_strokes("strokes", &[[DVec3::ZERO, DVec3::X]]);
         scene.objects[1].transform = glam::DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
-        let plan = plan(&scene);
+        let planned = |scene: &Scene| plan(scene, &Settings::default());
+        let plan = planned(&scene);
         let own = plan.meshes.meshes.iter().find(|own| own.mesh == 1).expect("the strokes");
         assert_eq!((own.first_vertex, plan.meshes.vertices), (Some(6), 12));
         let keys: Vec<_> = plan.geometry.iter().filter(|key| key.extras.strokes).collect();
@@ -472,6 +473,6 @@ mod tests {
         assert!(key.has_extras() && !key.two_sided && !key.mirrored && !key.is_in_prepass());
         // Without them nothing has their code.
         scene.objects.truncate(1);
-        assert!(samples::plan(&scene).keys().all(|key| !key.has_extras()));
+        assert!(planned(&scene).keys().all(|key| !key.has_extras()));
     }
 }
