@@ -28,6 +28,7 @@
 #endif
 #ifdef EXTRAS
 #import afterlight::instance::{highlighted, is_selected, packed_look, tint_of, unpacked_look}
+#import afterlight::strokes::{stroke_corner, world_offset}
 #endif
 #import afterlight::shading::{light_everywhere, surface_of, Everywhere, Model}
 #ifdef LIGHTS
@@ -56,6 +57,8 @@ override COLORED: bool = false;
 override COLORED_LIGHT: bool = false;
 // Instances have looks.
 override LOOKS: bool = false;
+// The mesh is points and lines (strokes.wgsl).
+override STROKES: bool = false;
 override MASKED: bool = false;
 override TWO_SIDED: bool = false;
 // Shadows fall on it.
@@ -131,6 +134,13 @@ struct Vertex {
 #ifdef EXTRAS
     // Its look (material.wgsl).
     @location(13) look: vec4<u32>,
+    // Of a stroke's other end. Normals, tangents and second coordinates stay those of the end itself.
+    @location(6) other_end: vec3<f32>,
+    @location(7) other_color: vec4<f32>,
+#ifdef TEXTURED
+    @location(15) other_uv: vec2<f32>,
+#endif
+    @builtin(vertex_index) own: u32,
 #endif
 }
 
@@ -173,12 +183,27 @@ struct Varying {
 fn vertex(in: Vertex) -> Varying {
     var out: Varying;
     let rows = Rows(in.row_x, in.row_y, in.row_z);
-    let world = world_position(rows, in.position);
+    var world = world_position(rows, in.position);
     out.position = frame.clip_from_world * vec4(world, 1.0);
+#ifdef EXTRAS
+    var color = in.color;
+#ifdef TEXTURED
+    var uv = in.uv;
+#endif
+    if STROKES {
+        let corner = stroke_corner(out.position, rows, in.position, in.other_end, in.own);
+        out.position = corner.position;
+        world += world_offset(rows, in.other_end - in.position) * corner.share;
+        color = mix(color, in.other_color, corner.share);
+#ifdef TEXTURED
+        uv = mix(uv, in.other_uv, corner.share);
+#endif
+    }
+#endif
     out.normal = world_normal(rows, in.normal);
 #ifdef TEXTURED
 #ifdef EXTRAS
-    let uvs = mapped_uvs(in.uv, in.second_uv, in.look);
+    let uvs = mapped_uvs(uv, in.second_uv, in.look);
     out.base_and_normal = uvs.base_and_normal;
     out.metal_and_occlusion = uvs.metal_and_occlusion;
     out.emissive_and_specular = uvs.emissive_and_specular;
@@ -196,7 +221,7 @@ fn vertex(in: Vertex) -> Varying {
 #endif
     out.world = world;
 #ifdef EXTRAS
-    out.color = select(vec4(1.0), in.color, COLORED);
+    out.color = select(vec4(1.0), color, COLORED);
     out.look = packed_look(in.look);
 #endif
 #ifdef LOBES

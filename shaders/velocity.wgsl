@@ -1,10 +1,14 @@
 // VELOCITY: the movement on the picture, since the frame before, of surfaces that move by themselves. The arithmetic of the position is that of
 // geometry.wgsl, and precise, so that only visible surfaces are drawn: those whose depth is equal to the picture's. No mask is looked up for the same
 // reason.
-// variants: DEFORMED
+// variants: DEFORMED STROKES
 // precise
-// counts: 2; with DEFORMED 1
+// counts: 4; with DEFORMED 2, STROKES 2
 #import afterlight::frame::{frame}
+#ifdef STROKES
+#import afterlight::instance::{Rows}
+#import afterlight::strokes::{stroke_corner}
+#endif
 
 struct Push {
     // Rows of the map from mesh space to the frame before, without its jitter: pixels to the right and down times w, and w.
@@ -28,6 +32,11 @@ struct Vertex {
     // The vertex in the pose before.
     @location(14) position_before: vec3<f32>,
 #endif
+#ifdef STROKES
+    // The position of a stroke's other end.
+    @location(6) other_end: vec3<f32>,
+    @builtin(vertex_index) own: u32,
+#endif
 }
 
 struct Varying {
@@ -38,15 +47,24 @@ struct Varying {
 
 @vertex
 fn vertex(in: Vertex) -> Varying {
-    let p = vec4(in.position, 1.0);
+    var p = vec4(in.position, 1.0);
     let world = vec3(dot(in.row_x, p), dot(in.row_y, p), dot(in.row_z, p));
+    var position = frame.clip_from_world * vec4(world, 1.0);
 #ifdef DEFORMED
-    let q = vec4(in.position_before, 1.0);
+    var q = vec4(in.position_before, 1.0);
 #else
-    let q = p;
+    var q = p;
+#endif
+#ifdef STROKES
+    let corner = stroke_corner(position, Rows(in.row_x, in.row_y, in.row_z), in.position, in.other_end, in.own);
+    position = corner.position;
+    // An end that was moved before the camera moves as it did.
+    let moved = vec4((in.other_end - in.position) * corner.share, 0.0);
+    p += moved;
+    q += moved;
 #endif
     return Varying(
-        frame.clip_from_world * vec4(world, 1.0),
+        position,
         vec3(dot(push.before_x, q), dot(push.before_y, q), dot(push.before_w, q)),
         vec2(dot(push.distance, p), dot(push.distance_before, q)),
     );

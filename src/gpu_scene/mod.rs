@@ -106,6 +106,10 @@ pub const UV: u32 = 2;
 pub const TANGENT: u32 = 3;
 pub const COLOR: u32 = 4;
 pub const SECOND_UV: u32 = 5;
+/// Position, colour and texture coordinates of a stroke's other end: those of the vertex two further on, from the same streams.
+pub const OTHER_END: u32 = 6;
+pub const OTHER_COLOR: u32 = 7;
+pub const OTHER_UV: u32 = 15;
 /// Rows of an instance's map: the first of three locations, or four in shadow maps. They follow each other in one stream.
 pub const ROWS: u32 = 8;
 /// The last of a map's four.
@@ -156,6 +160,10 @@ pub type VertexInputState = (Vec<vk::VertexInputBindingDescription>, Vec<vk::Ver
 /// leave unread, are read of a stream that is there.
 pub fn vertex_input(locations: &[u32], extras: Extras) -> VertexInputState {
     let stream_of = |location| match location {
+        OTHER_END => POSITION,
+        OTHER_UV => UV,
+        OTHER_COLOR if extras.colors => COLOR,
+        OTHER_COLOR => POSITION,
         COLOR if !extras.colors => POSITION,
         SECOND_UV if !extras.second_uvs => UV,
         LOOK if !extras.looks => ROWS,
@@ -179,7 +187,11 @@ pub fn vertex_input(locations: &[u32], extras: Extras) -> VertexInputState {
         let stream = stream_of(location);
         // An attribute that is read of another stream, and dropped, is of its own type nevertheless.
         let format = stream_format(if location == LOOK { LOOK } else { stream });
-        let offset = if (ROWS..=ROW_W).contains(&location) { (location - ROWS) * row } else { 0 };
+        let offset = match location {
+            ROWS..=ROW_W => (location - ROWS) * row,
+            OTHER_END | OTHER_COLOR | OTHER_UV if extras.strokes => 2 * stride(stream),
+            _ => 0,
+        };
         vk::VertexInputAttributeDescription::default().binding(stream).location(location).format(format).offset(offset)
     };
     (streams.into_iter().map(binding).collect(), locations.iter().map(attribute).collect())

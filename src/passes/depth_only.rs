@@ -1,5 +1,5 @@
 //! Shared by the passes that draw depth alone. Masked surfaces are left out: their texture cuts the holes, and the pass that shades samples it
-//! anyway.
+//! anyway. So are points and lines, which hide next to nothing.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -43,7 +43,7 @@ impl DepthOnly {
             vertex_input(&[POSITION, ROWS, ROWS + 1, ROWS + 2], Extras::default());
         let blend = vec![vk::PipelineColorBlendAttachmentState::default(); colors as usize];
         let mut pipelines = BTreeMap::new();
-        for key in plan.geometry.iter().filter(|key| !key.masked) {
+        for key in plan.geometry.iter().filter(|key| key.is_in_prepass()) {
             let (two_sided, mirrored) = cull_key(key);
             if pipelines.contains_key(&(two_sided, mirrored)) {
                 continue;
@@ -82,7 +82,8 @@ impl DepthOnly {
         for draw in draws {
             let object = &recording.world.objects[draw.object];
             // There is one for each opaque key of the plan.
-            let Some(pipeline) = self.pipelines.get(&cull_key(&object.key)).filter(|_| !object.key.masked) else {
+            let Some(pipeline) = self.pipelines.get(&cull_key(&object.key)).filter(|_| object.key.is_in_prepass())
+            else {
                 continue;
             };
             if bound != Some(pipeline.raw) {

@@ -162,6 +162,7 @@ fn constants_of(plan: &FramePlan, key: GeometryKey) -> Vec<(u32, u32)> {
         (constants::COLORED, u32::from(key.extras.colors)),
         (constants::COLORED_LIGHT, u32::from(key.extras.colored_light)),
         (constants::LOOKS, u32::from(key.extras.looks)),
+        (constants::STROKES, u32::from(key.extras.strokes)),
         (constants::MASKED, u32::from(key.discards)),
         (constants::TWO_SIDED, u32::from(key.two_sided)),
         (constants::RECEIVES, u32::from(key.receives)),
@@ -186,7 +187,9 @@ fn blend(plan: &FramePlan) -> Vec<vk::PipelineColorBlendAttachmentState> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gpu_scene::{COLOR, LOOK, NORMAL, NUMBER, POSITION, ROWS, SECOND_UV, TANGENT, UV};
+    use crate::gpu_scene::{
+        COLOR, LOOK, NORMAL, NUMBER, OTHER_COLOR, OTHER_END, OTHER_UV, POSITION, ROWS, SECOND_UV, TANGENT, UV,
+    };
     use crate::plan::samples;
 
     #[test]
@@ -206,10 +209,10 @@ mod tests {
                 let variant = shader::variant(flags).unwrap_or_else(|| panic!("{name}: no variant {flags:?}"));
                 for input in variant.vertex().expect("a vertex stage").vertex_inputs {
                     let present = match input.location {
-                        POSITION | ROWS..=NUMBER => true,
+                        POSITION | OTHER_END | OTHER_COLOR | ROWS..=NUMBER => true,
                         LOOK => plan.has_looks() || !key.extras.looks,
                         NORMAL => streams.normals,
-                        UV => streams.uvs,
+                        UV | OTHER_UV => streams.uvs,
                         TANGENT => streams.tangents,
                         COLOR => streams.colors || !key.extras.colors,
                         SECOND_UV => streams.second_uvs || !key.extras.second_uvs,

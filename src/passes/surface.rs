@@ -288,9 +288,9 @@ pub fn faces(key: GeometryKey) -> (vk::CullModeFlags, vk::FrontFace) {
     )
 }
 
-/// Reversed Z. After a depth pre-pass only surfaces that it left visible are equal to its depth; masked surfaces were not in it.
+/// Reversed Z. After a depth pre-pass only surfaces that it left visible are equal to its depth; masked ones and strokes were not in it.
 pub fn opaque_depth(plan: &FramePlan, key: GeometryKey) -> DepthState {
-    match plan.depth_prepass && !key.masked {
+    match plan.depth_prepass && key.is_in_prepass() {
         true => DepthState { test: vk::CompareOp::EQUAL, write: false },
         false => DepthState { test: vk::CompareOp::GREATER, write: true },
     }
@@ -411,6 +411,7 @@ fn lit_constants(plan: &FramePlan, key: GeometryKey, desc: &LitDesc) -> Vec<(u32
         (constants::COLORED, u32::from(key.extras.colors)),
         (constants::COLORED_LIGHT, u32::from(key.extras.colored_light)),
         (constants::LOOKS, u32::from(key.extras.looks)),
+        (constants::STROKES, u32::from(key.extras.strokes)),
         (constants::MASKED, u32::from(desc.masked)),
         (constants::TWO_SIDED, u32::from(key.two_sided)),
         (constants::RECEIVES, u32::from(key.receives)),

@@ -121,7 +121,9 @@ mod tests {
 
     use super::super::surface::Limits;
     use super::*;
-    use crate::gpu_scene::{COLOR, LOOK, NORMAL, NUMBER, POSITION, ROWS, SECOND_UV, TANGENT, UV};
+    use crate::gpu_scene::{
+        COLOR, LOOK, NORMAL, NUMBER, OTHER_COLOR, OTHER_END, OTHER_UV, POSITION, ROWS, SECOND_UV, TANGENT, UV,
+    };
     use crate::plan::{OitTargets, samples};
     use crate::shaders::forward as shader;
 
@@ -135,10 +137,10 @@ mod tests {
                 let variant = shader::variant(flags).unwrap_or_else(|| panic!("{name}: no variant {flags:?}"));
                 for input in variant.vertex().expect("a vertex stage").vertex_inputs {
                     let present = match input.location {
-                        POSITION | ROWS..=NUMBER => true,
+                        POSITION | OTHER_END | OTHER_COLOR | ROWS..=NUMBER => true,
                         LOOK => plan.has_looks() || !key.extras.looks,
                         NORMAL => streams.normals,
-                        UV => streams.uvs,
+                        UV | OTHER_UV => streams.uvs,
                         TANGENT => streams.tangents,
                         COLOR => streams.colors || !key.extras.colors,
                         SECOND_UV => streams.second_uvs || !key.extras.second_uvs,

@@ -4,6 +4,7 @@
 //! It draws where depth is equal to that of the finished picture, so that it looks up no mask. Other objects with vectors are drawn in the same
 //! subpass, or in one behind it.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use ash::vk;
@@ -16,9 +17,10 @@ use super::{
     PassRecorder, Presence, Resource, ResourceUse, Slot, frame_data, meshes, needed,
 };
 use crate::gpu::{self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, pipeline_layout, sync::Use};
-use crate::gpu_scene::{POSITION, POSITION_BEFORE, ROWS, vertex_input};
+use crate::gpu_scene::{OTHER_END, POSITION, POSITION_BEFORE, ROWS, vertex_input};
 use crate::plan::{Extras, FramePlan, VECTORS};
 use crate::shaders::velocity::{self as shader, Flags};
+use crate::visible::WorldObject;
 
 /// Clears the vectors and writes them.
 pub const VECTOR_WRITE: Use = COLOR_WRITE;
@@ -70,11 +72,11 @@ const _: () = {
     assert!(offset_of!(VelocityPush, distance_before) == shader::push::DISTANCE_BEFORE);
 };
 
-/// The pass, with a pipeline for meshes as they are, and one for those that SKIN deforms, where the plan has some.
+/// The pass, with a pipeline for each kind of mesh that the plan has.
 pub struct VelocityPass {
     layout: Owned<vk::PipelineLayout>,
-    plain: Owned<vk::Pipeline>,
-    deformed: Option<Owned<vk::Pipeline>>,
+    /// By whether SKIN deforms the mesh, and whether it is points and lines.
+    pipelines: BTreeMap<(bool, bool), Owned<vk::Pipeline>>,
 }
 
 impl VelocityPass {
@@ -88,10 +90,13 @@ impl VelocityPass {
     ) -> gpu::Result<Self> {
         let range = vk::PushConstantRange { stage_flags: STAGES, offset: 0, size: size_of::<VelocityPush>() as u32 };
         let layout = pipeline_layout(device, "velocity layout", &[frame_layout], &[range])?;
-        let pipeline = |flags: Flags| {
+        let pipeline = |(deformed, strokes): (bool, bool)| {
+            let flags = Flags::DEFORMED.when(deformed) | Flags::STROKES.when(strokes);
             let mut locations = vec![POSITION, ROWS, ROWS + 1, ROWS + 2];
-            locations.extend((flags == Flags::DEFORMED).then_some(POSITION_BEFORE));
-            let (vertex_bindings, vertex_attributes) = vertex_input(&locations, Extras::default());
+            locations.extend(deformed.then_some(POSITION_BEFORE));
+            locations.extend(strokes.then_some(OTHER_END));
+            let (vertex_bindings, vertex_attributes) =
+                vertex_input(&locations, Extras { strokes, ..Extras::default() });
             GraphicsPipeline::new(
                 device,
                 &GraphicsPipelineDesc {
@@ -113,8 +118,11 @@ impl VelocityPass {
                 },
             )
         };
-        let deformed = plan.meshes.deforms.keeps_positions.then(|| pipeline(Flags::DEFORMED)).transpose()?;
-        Ok(Self { plain: pipeline(Flags::NONE)?, deformed, layout })
+        let strokes = plan.keys().any(|key| key.extras.strokes);
+        let kinds = [false, true].into_iter().filter(|&deformed| !deformed || plan.meshes.deforms.keeps_positions);
+        let kinds = kinds.flat_map(|deformed| [(deformed, false), (deformed, true)]).filter(|kind| strokes || !kind.1);
+        let pipelines = kinds.map(|kind| Ok((kind, pipeline(kind)?))).collect::<gpu::Result<_>>()?;
+        Ok(Self { pipelines, layout })
     }
 }
 
@@ -125,16 +133,15 @@ impl PassRecorder for VelocityPass {
         let Some(before) = &frame.previous else { return };
         recording.set_area();
         recording.bind_set(self.layout.raw, 0, recording.frame_set);
-        for deformed in [false, true] {
-            let pipeline = if deformed { self.deformed.as_ref() } else { Some(&self.plain) };
-            let Some(pipeline) = pipeline else { continue };
+        for (&kind, pipeline) in &self.pipelines {
             let object = |index: usize| &recording.world.objects[index];
-            let mut own =
-                frame.moved.iter().filter(|moved| object(moved.draw.object).deform.is_some() == deformed).peekable();
+            let is_own = |own: &WorldObject| (own.deform.is_some(), own.key.extras.strokes) == kind;
+            let mut own = frame.moved.iter().filter(|moved| is_own(object(moved.draw.object))).peekable();
             if own.peek().is_none() {
                 continue;
             }
             recording.bind_pipeline(pipeline.raw);
+            let (deformed, _) = kind;
             let streams: &[u32] = if deformed { &[POSITION, POSITION_BEFORE] } else { &[POSITION] };
             let mut meshes = MeshDraws::new(recording, streams);
             for moved in own {

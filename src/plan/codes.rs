@@ -1,8 +1,8 @@
 //! Choices of the scene that shaders get as numbers. The scene's crate has no shaders, so each number stands there as well: the build fails where they
 //! differ.
 
-use crate::scene::{Brdf, Falloff, NO_FALLOFF, ShadowFilter, TRAITS, TextureSlot, Tonemap};
-use crate::shaders::shared::{brdf, lights, material, seen, shadows, tonemap};
+use crate::scene::{Brdf, Falloff, NO_FALLOFF, STROKE_VERTICES, ShadowFilter, TRAITS, TextureSlot, Tonemap};
+use crate::shaders::shared::{brdf, lights, material, seen, shadows, strokes, tonemap};
 
 /// Asserts the number of each variant. One that is missing does not compile.
 macro_rules! codes {
@@ -42,6 +42,7 @@ const _: () = {
     assert!(Falloff::Quadratic.index() == lights::QUADRATIC);
     assert!(Falloff::Polynomial { constant: 1.0, linear: 0.0, quadratic: 0.0 }.index() == lights::POLYNOMIAL);
     assert!(NO_FALLOFF == lights::NO_FALLOFF);
+    assert!(STROKE_VERTICES == strokes::STROKE_VERTICES as usize);
     // In the order of reports.
     let [cones, beams, ranges] = TRAITS else { panic!("a trait of lights that shaders do not know") };
     assert!(cones.bit == lights::CONES && beams.bit == lights::BEAMS && ranges.bit == lights::RANGES);

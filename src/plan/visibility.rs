@@ -55,6 +55,7 @@ pub(super) fn is_out(scene: &Scene, settings: &Settings, device: &Capabilities) 
             "a buffer of the scene is larger than the device's shaders can address",
         ),
         (scene.objects.iter().any(|object| scene.deforms(object)), "some meshes are deformed"),
+        (has_strokes(scene), "some meshes are points and lines"),
         (bits > u32::BITS, "triangle and instance numbers do not fit into 32 bits"),
         (settings.culling == Culling::Gpu, "culling on the device is asked for"),
         (device.numbered_msaa & settings.msaa == 0, "the device reads no textures of so many samples of integers"),
@@ -66,6 +67,10 @@ pub(super) fn is_out(scene: &Scene, settings: &Settings, device: &Capabilities) 
     let reads_gbuffer = || effects::asked_for(scene, settings).find_map(|effect| effect.reads_gbuffer);
     let laid_out = || (settings.gbuffer != GbufferChoice::default()).then_some("a G-buffer layout is asked for");
     limits.into_iter().find_map(|(out, why)| out.then_some(why)).or_else(reads_gbuffer).or_else(laid_out)
+}
+
+fn has_strokes(scene: &Scene) -> bool {
+    scene.objects.iter().any(|object| scene.meshes.get(object.mesh).is_some_and(|mesh| mesh.is_strokes))
 }
 
 fn bits_of(largest: u64) -> u32 {
@@ -121,6 +126,9 @@ pub(super) fn choose(
     }
     if !meshes.deforms.objects.is_empty() {
         return refuse("some meshes are deformed, and a pixel's triangle is looked up at rest".into());
+    }
+    if has_strokes(scene) {
+        return refuse("some meshes are points and lines, whose triangles have no area to look a pixel up in".into());
     }
     // Twice: once more after a depth pre-pass.
     let instances = 2 * rules.drawn(scene).count() as u64;

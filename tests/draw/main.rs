@@ -34,6 +34,7 @@ mod particles;
 mod pixels;
 mod reflections;
 mod skin;
+mod strokes;
 mod taa;
 mod tone;
 mod transparency;

@@ -5,7 +5,7 @@ use afterlight::frame::{Changed, Error, FRAMES_A_SECOND, JitterSequence, Rendere
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
     AlphaMode, Camera, Channel, ChannelTarget, Clip, ColorSpace, Culling, Interpolation, LightPath, Local, Material,
-    Motion, Node, Output, Placement, Playing, Resolve, Scene, Settings, Texture, View,
+    Mesh, Motion, Node, Object, Output, Placement, Playing, Resolve, Scene, Settings, Texture, View,
 };
 use afterlight_truth::measure::{LinearImage, errors};
 use glam::{DAffine3, DVec2, DVec3, Vec3};
@@ -274,8 +274,18 @@ fn each_pixel_that_shows_what_moves_has_its_vector() {
         add(&mut scene, shapes::sphere(0.4, 24), glow, DAffine3::from_translation(DVec3::new(0.5, 0.1, 0.3)));
         // Behind it, and before it.
         add(&mut scene, rectangle([-0.1, -0.1], [0.2, 0.7], 0.9), lambert(0.5), DAffine3::IDENTITY);
+        // Lines, points and both behind the others.
+        let strokes: Vec<_> = (0..12)
+            .map(|at| {
+                let place = |x: f64| DVec3::new(x, 0.9 - 0.15 * f64::from(at), 0.1 * f64::from(at) - 0.53);
+                [place(-1.2), place(if at % 3 == 0 { -1.2 } else { 1.2 })]
+            })
+            .collect();
+        scene.meshes.push(Mesh::of_strokes("strokes", &strokes));
+        scene.objects.push(Object::new("strokes", scene.meshes.len() - 1, 2, DAffine3::IDENTITY));
         let mut scene = carried(scene, 1, 1.0);
         scene.objects[2].node = Some(0);
+        scene.objects[4].node = Some(0);
         // The holes stay in place whatever square of a pixel textures are filtered for, since they are magnified.
         let plain = Settings { anisotropy: 1, ..exact(71, 40) };
         for (name, settings) in [

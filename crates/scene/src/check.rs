@@ -96,6 +96,11 @@ impl Mesh {
             let wrong = self.indices[at];
             return Some(format!("index {at} is {wrong}, but there are only {vertices} positions"));
         }
+        if self.is_strokes
+            && let Some(fault) = self.strokes_fault()
+        {
+            return Some(fault);
+        }
         if !self.origin.is_finite() {
             return Some(infinite("its origin"));
         }

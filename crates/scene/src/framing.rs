@@ -16,6 +16,10 @@ const CLOSER: f64 = 1.5;
 /// The most triangles that are looked at; of more, every so many.
 const MOST: usize = 300_000;
 
+/// The width by which points and lines count beside triangles, as a share of the scene's radius. It is wider than a pixel, or a few points beside a
+/// large triangle would be outliers.
+const STROKE_WIDTH: f64 = 1.0 / 30.0;
+
 /// Corners of triangles that face a camera, each with a third of the area that the triangle covers.
 struct WeightedCorners(Vec<(DVec3, f64)>);
 
@@ -30,6 +34,8 @@ impl WeightedCorners {
                 matches!(material.alpha_mode, AlphaMode::Opaque | AlphaMode::Glass) || material.alpha > 0.0
             })
         });
+        let stroke_width = objects.clone().any(|object| scene.meshes[object.mesh].is_strokes);
+        let stroke_width = if stroke_width { STROKE_WIDTH * scene.bounds().radius() } else { 0.0 };
         let corners = objects.flat_map_iter(|object| {
             let mesh = &scene.meshes[object.mesh];
             let two_sided = scene.materials[object.material].two_sided;
@@ -38,7 +44,11 @@ impl WeightedCorners {
                 let place = |index: u32| mesh.origin + Vec3::from(mesh.positions[index as usize]).as_dvec3();
                 let [a, b, c] = triangle.map(|index| object.transform.transform_point3(place(index)));
                 let facing = (b - a).cross(c - a).dot(toward_camera) * if mirrored { -0.5 } else { 0.5 };
-                let area = if two_sided { facing.abs() } else { facing };
+                let area = match mesh.is_strokes {
+                    true => 0.5 * stroke_width * ((b - a).reject_from(toward_camera).length() + stroke_width),
+                    false if two_sided => facing.abs(),
+                    false => facing,
+                };
                 let is_drawn = area > 0.0 && area.is_finite();
                 is_drawn.then_some([a, b, c].map(|corner| (corner, area / 3.0))).into_iter().flatten()
             })

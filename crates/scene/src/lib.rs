@@ -79,7 +79,7 @@ pub use lobes::{Anisotropy, DiffuseTransmission, MIN_SHEEN_ROUGHNESS, MOST_DISPE
 pub use look::{HIGHLIGHT, HIGHLIGHT_SHARE, Look, MAX_ATLAS_EDGE};
 pub(crate) use material::FORMS;
 pub use material::{AlphaMode, Brdf, DIELECTRIC, Material, SlotForm, TextureSlot, UvMap, scaled};
-pub use mesh::{CastsShadow, Mesh, Object, TriangleId};
+pub use mesh::{CastsShadow, Mesh, Object, STROKE_ENDS, STROKE_VERTICES, TriangleId, stroke_indices};
 // Tests of the order of vertices measure with them, here and in the renderer.
 #[doc(hidden)]
 pub use mesh::{grid_indices, transformed_vertices};
@@ -240,7 +240,7 @@ impl Scene {
         skinned || (blended && !mesh.morphs.is_empty())
     }
 
-    /// Triangles of [`Scene::model_objects`], after instancing.
+    /// Triangles of [`Scene::model_objects`], after instancing; two for each point or line.
     pub fn triangle_count(&self) -> usize {
         self.model_objects().filter_map(|object| self.meshes.get(object.mesh)).map(|mesh| mesh.indices.len() / 3).sum()
     }

@@ -2,6 +2,7 @@
 
 #[cfg(feature = "readers")]
 mod order;
+mod strokes;
 #[cfg(feature = "readers")]
 mod tangents;
 
@@ -9,6 +10,8 @@ use glam::{DAffine3, DVec3, Vec3};
 
 use super::motion::{Influences, Morph};
 use super::{Aabb, Levels, Look};
+
+pub use strokes::{STROKE_ENDS, STROKE_VERTICES, stroke_indices};
 
 /// A triangle of the scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -44,6 +47,8 @@ pub struct Mesh {
     pub morphs: Vec<Morph>,
     /// Three a triangle, each below `positions.len()`.
     pub indices: Vec<u32>,
+    /// True if it is points and lines, which are drawn one pixel wide: [`STROKE_VERTICES`] vertices each, with the indices of [`stroke_indices`].
+    pub is_strokes: bool,
     /// Holds all of `origin + positions`.
     pub bounds: Aabb,
     /// The levels that [`Mesh::levels_of_detail`] has made.
@@ -76,8 +81,11 @@ impl Mesh {
         self.normals = sums.iter().map(|sum| sum.normalize_or(DVec3::Y).as_vec3().to_array()).collect();
     }
 
-    /// Drops triangles without area, which draw nothing but upset normals and tangents. Returns how many there were.
+    /// Drops triangles without area, which draw nothing but upset normals and tangents. Returns how many there were. Points and lines stay.
     pub fn remove_degenerate_triangles(&mut self) -> usize {
+        if self.is_strokes {
+            return 0;
+        }
         let before = self.indices.len();
         let kept = self.indices.as_chunks::<3>().0.iter().filter(|triangle| {
             let points = triangle.map(|i| Vec3::from(self.positions[i as usize]).as_dvec3());

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::meshes::first_vertex;
 use super::{MeshPlan, Streams};
 use crate::scene::{Mesh, Object, Scene};
 
@@ -62,6 +63,7 @@ impl DeformPlan {
         self.objects.push((index, self.meshes.len()));
         let joints = joints_of(scene, object, mesh).unwrap_or(0) as u64;
         let shapes = mesh.morphs.len() as u64;
+        self.vertices = first_vertex(self.vertices, mesh);
         self.meshes.push(PlannedDeform {
             object: index,
             mesh: object.mesh,

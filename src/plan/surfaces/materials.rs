@@ -27,6 +27,8 @@ pub struct EffectiveMaterials {
     pub emptied: usize,
     /// Meshes whose vertices are not all white and whole.
     pub colored: BTreeSet<usize>,
+    /// Meshes of points and lines.
+    pub strokes: BTreeSet<usize>,
     /// Materials whose UV maps a clip moves.
     pub moving_maps: BTreeSet<usize>,
     /// Materials of objects that have a look, or whose cells a clip moves.
@@ -45,6 +47,7 @@ impl EffectiveMaterials {
         let colored = (0..scene.meshes.len()).filter(|&mesh| !white(&scene.meshes[mesh]));
         let mut effective = Self {
             colored: colored.collect(),
+            strokes: (0..scene.meshes.len()).filter(|&mesh| scene.meshes[mesh].is_strokes).collect(),
             moving_maps: moving_maps(scene),
             looks: looks(scene),
             samplers: scene.textures.iter().map(|texture| texture.sampler).collect(),

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::{DeformPlan, GeometryKey, NumberedMesh, Streams, SurfaceRules};
-use crate::scene::{Keep, Level, Mesh, Object, OptionalPart, Scene, TextureSlot};
+use crate::scene::{Keep, Level, Mesh, Object, OptionalPart, STROKE_VERTICES, Scene, TextureSlot};
 
 /// Bits of an index.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -185,6 +185,7 @@ impl MeshPlan {
     }
 
     fn push(&mut self, mesh: (usize, &Mesh), vertices: usize, streams: Streams, keep: Keep) {
+        self.vertices = first_vertex(self.vertices, mesh.1);
         self.push_indices(mesh, (Some(self.vertices as u32), vertices), streams, keep);
         self.vertices += vertices as u64;
         for (needed, end) in [
@@ -251,6 +252,11 @@ impl MeshPlan {
             [self.vertices + self.normals, self.uvs + self.second_uvs, self.tangents + self.colors];
         12 * threes + 8 * twos + 16 * fours + self.deforms.vertex_bytes() + self.index_bytes()
     }
+}
+
+/// The first vertex of a mesh behind so many others. That of strokes is a multiple of a stroke's, so that shaders know a vertex's corner by its number.
+pub(super) fn first_vertex(others: u64, mesh: &Mesh) -> u64 {
+    if mesh.is_strokes { others.next_multiple_of(STROKE_VERTICES as u64) } else { others }
 }
 
 /// By mesh: its levels of detail, if any are to be drawn; empty where none of any mesh are. Transparent meshes are drawn whole, as their triangles
@@ -450,5 +456,23 @@ mod tests {
         assert_eq!(width(&scene, &lean), Some(IndexWidth::Bits32));
         let oit = Settings { transparency: crate::scene::Transparency::Oit, ..Settings::default() };
         assert_eq!(width(&scene, &oit), None);
+    }
+
+    #[test]
+    fn strokes_begin_at_a_multiple_of_their_vertices_and_face_the_camera() {
+        let two_sided = Material { two_sided: true, ..Material::default() };
+        let mut scene = distinct(vec![Material::default(), two_sided]);
+        scene.meshes[1] = Mesh::of_strokes("strokes", &[[DVec3::ZERO, DVec3::X]]);
+        scene.objects[1].transform = glam::DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
+        let planned = |scene: &Scene| plan(scene, &Settings::default());
+        let plan = planned(&scene);
+        let own = plan.meshes.meshes.iter().find(|own| own.mesh == 1).expect("the strokes");
+        assert_eq!((own.first_vertex, plan.meshes.vertices), (Some(6), 12));
+        let keys: Vec<_> = plan.geometry.iter().filter(|key| key.extras.strokes).collect();
+        let [key] = keys[..] else { panic!("{keys:?}") };
+        assert!(key.has_extras() && !key.two_sided && !key.mirrored && !key.is_in_prepass());
+        // Without them nothing has their code.
+        scene.objects.truncate(1);
+        assert!(planned(&scene).keys().all(|key| !key.has_extras()));
     }
 }

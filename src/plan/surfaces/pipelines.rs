@@ -84,12 +84,14 @@ pub struct Extras {
     pub looks: bool,
     /// Textures are atlases, of which instances show a cell each.
     pub cells: bool,
+    /// The mesh is points and lines.
+    pub strokes: bool,
 }
 
 impl Extras {
     /// Returns true if at least one extra is in use.
     pub fn any(self) -> bool {
-        self.colors || self.uv_maps || self.looks
+        self.colors || self.uv_maps || self.looks || self.strokes
     }
 }
 
@@ -157,6 +159,11 @@ impl GeometryKey {
         self.extras.any() || self.forward.is_some() && !self.lobes.is_empty()
     }
 
+    /// Returns true if a depth pre-pass draws such surfaces, should there be one.
+    pub fn is_in_prepass(&self) -> bool {
+        !self.masked && !self.extras.strokes
+    }
+
     /// The key by which a surface of the G-buffer is lit once more, as it is drawn.
     pub(crate) fn relit(self, forward: Option<ForwardKey>) -> Option<Self> {
         forward.map(|own| Self { forward: Some(own), ..self })
@@ -176,8 +183,9 @@ impl GeometryKey {
             extras,
             masked,
             discards: masked || (keeps_masks && !textures.is_empty()),
-            two_sided: material.two_sided,
-            mirrored: object.transform.matrix3.determinant() < 0.0,
+            // The front of a stroke faces the camera.
+            two_sided: material.two_sided && !extras.strokes,
+            mirrored: object.transform.matrix3.determinant() < 0.0 && !extras.strokes,
             phong: is_phong(brdf),
             reflectance: brdf == Brdf::CookTorrance
                 && if forward.is_some() { material.has_reflectance() } else { rules.reflectance },
@@ -202,6 +210,7 @@ impl GeometryKey {
             colored_light: (colors || looks) && rules.materials.emits_color(material),
             uv_maps: !textures.is_empty() && (moving || maps().any(|map| map != UvMap::IDENTITY)),
             second_uvs: maps().any(|map| map.set == 1),
+            strokes: rules.is_strokes(object),
         }
     }
 

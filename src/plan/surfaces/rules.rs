@@ -142,6 +142,8 @@ impl<'a> SurfaceRules<'a> {
             second_uvs: texture.is_some() && map.set == 1,
             looks: cells,
             cells,
+            // They have no area, and cast no shadow.
+            strokes: false,
         };
         Cuts { texture, extras }
     }
@@ -149,6 +151,11 @@ impl<'a> SurfaceRules<'a> {
     /// Returns true if an object's mesh has colours that are not all white.
     pub fn is_colored(&self, object: &Object) -> bool {
         self.materials.colored.contains(&object.mesh)
+    }
+
+    /// Returns true if an object's mesh is points and lines.
+    pub fn is_strokes(&self, object: &Object) -> bool {
+        self.materials.strokes.contains(&object.mesh)
     }
 
     /// An alpha below the cut-off that nothing changes: nothing of the object is there.

@@ -150,6 +150,9 @@ fn mesh(scene: &Scene, object: &Object) -> Result<String, String> {
         return Err(format!("object \"{}\": one that casts or receives no shadow cannot be expressed", object.name));
     }
     let mesh = &scene.meshes[object.mesh];
+    if mesh.is_strokes {
+        return Err(format!("mesh \"{}\": points and lines cannot be expressed", mesh.name));
+    }
     if mesh.colors.iter().any(|color| *color != [1.0; 4]) {
         return Err(format!("mesh \"{}\": colours of vertices cannot be expressed", mesh.name));
     }

@@ -10,7 +10,7 @@ use super::json::{Document, named};
 use super::materials::Pending;
 use super::nodes;
 use super::pointer::{self, Aim};
-use super::{cameras, lights};
+use super::{cameras, lights, strokes};
 use crate::check::fits;
 use crate::{
     CastsShadow, Channel, ChannelTarget, Clip, Imported, Local, Material, Mesh, NamedCamera, Node, Object, Placement,
@@ -31,6 +31,8 @@ pub(super) struct Assembly {
     skins: BTreeMap<usize, usize>,
     /// By material of the file, its own and that of its coat.
     materials: BTreeMap<Option<usize>, (usize, Option<usize>)>,
+    /// By material of the scene, the one that draws points and lines without normals.
+    unlit: BTreeMap<usize, usize>,
     /// By light and by camera of the file, those of the scene.
     lights: BTreeMap<usize, Vec<usize>>,
     cameras: BTreeMap<usize, Vec<usize>>,
@@ -154,7 +156,11 @@ impl Assembly {
         warnings: &mut Vec<String>,
     ) {
         let name = nodes::object_name(sources.document, drawable.node);
-        let (base, coat) = self.materials[&drawable.material];
+        let (mut base, mut coat) = self.materials[&drawable.material];
+        if drawable.unlit {
+            (base, coat) = (self.unlit(base, warnings), None);
+        }
+        let casts_shadow = if drawable.strokes { CastsShadow::No } else { CastsShadow::Yes };
         let frame = drawable.posed.and_then(|skin| drawables.skins.get(&skin)).map(|own| own.frame(sources.nodes));
         let frame = frame.or(drawable.skin.map(|_| DAffine3::IDENTITY));
         let is_free = frame.is_some();
@@ -174,11 +180,26 @@ impl Assembly {
             };
             let node = own.copied();
             let skin = drawable.skin.and_then(|skin| self.skins.get(&skin).copied());
-            let object = Object { node, skin, ..Object::new(name.clone(), mesh, base, transform) };
+            let object = Object { node, skin, casts_shadow, ..Object::new(name.clone(), mesh, base, transform) };
             let lacquer = coat.map(|material| Object { material, casts_shadow: CastsShadow::No, ..object.clone() });
             self.imported.objects.push(object);
             self.imported.objects.extend(lacquer);
         }
+    }
+
+    /// The material that draws points and lines of a material without light, as they have no normals.
+    fn unlit(&mut self, base: usize, warnings: &mut Vec<String>) -> usize {
+        let materials = &mut self.imported.materials;
+        *self.unlit.entry(base).or_insert_with(|| {
+            if let Some(lost) = strokes::lost_of_unlit(&materials[base]) {
+                warnings.push(lost);
+            }
+            let unlit = strokes::unlit(&materials[base]);
+            materials.iter().position(|other| *other == unlit).unwrap_or_else(|| {
+                materials.push(unlit);
+                materials.len() - 1
+            })
+        })
     }
 
     /// The nodes by which a drawable's instances move: the drawable's own, or one in it for each; none where nothing moves them.
@@ -297,8 +318,9 @@ impl Assembly {
                 several(self.cameras.get(&camera), &|index| ChannelTarget::Camera(index, value))
             }
             Aim::Material(material, value) => {
-                let own = self.materials.get(&Some(material));
-                own.map(|&(base, _)| ChannelTarget::Material(base, value)).into_iter().collect()
+                let base = self.materials.get(&Some(material)).map(|&(base, _)| base);
+                let unlit = base.and_then(|base| self.unlit.get(&base).copied()).filter(|unlit| base != Some(*unlit));
+                base.into_iter().chain(unlit).map(|own| ChannelTarget::Material(own, value)).collect()
             }
         }
     }

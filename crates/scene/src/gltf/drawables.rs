@@ -47,6 +47,10 @@ pub(super) struct Drawable {
     pub blends: bool,
     /// Its list of copies' places in the node; a single one, the node's own, where it has none.
     pub instances: usize,
+    /// Points and lines without normals, which are unlit.
+    pub unlit: bool,
+    /// Points and lines, which cast no shadow.
+    pub strokes: bool,
 }
 
 /// A mesh to be made: a primitive, and the needs that the mesh must meet.
@@ -74,8 +78,6 @@ pub(super) struct Drawables {
     objects: usize,
     /// For each primitive in order, whether its mesh is too large to be read.
     too_large: Vec<bool>,
-    /// Primitives that are no triangles, of points and of lines.
-    pub left_out: [usize; 2],
 }
 
 /// The parts of a primitive that decide its mesh: where they are equal, two primitives share one.
@@ -111,10 +113,6 @@ pub(super) fn collect(sources: &Sources, variant: Option<&str>) -> Result<Drawab
         }
         let skin = drawables.skin_of(sources, index);
         for (number, primitive) in json.primitives.iter().enumerate() {
-            if let Some(0..=3) = primitive.mode.map(|mode| mode.0).filter(|_| primitive.extensions.draco.is_none()) {
-                drawables.left_out[usize::from(primitive.mode != Some(Whole(0)))] += 1;
-                continue;
-            }
             let material = material_of(document, primitive, variant).unwrap_or_else(|what| {
                 let place = format!("{}, primitive {number}", named("mesh", mesh.0, json.name.as_ref()));
                 drawables.faults.push((place, format!("{what}, drawn with the default one")));
@@ -129,12 +127,14 @@ pub(super) fn collect(sources: &Sources, variant: Option<&str>) -> Result<Drawab
                 drawables.orders.len() - 1
             });
             let skin = skin.filter(|_| posed.is_none());
-            let drawable = Drawable { node: index, order, material, skin, posed, blends, instances: instances.0 };
+            let strokes = is_strokes(primitive);
+            let unlit = strokes && !primitive.attributes.contains_key("NORMAL");
+            let instances = instances.0;
+            let drawable = Drawable { node: index, order, material, skin, posed, blends, instances, unlit, strokes };
             drawables.list.push(drawable);
         }
     }
     drawables.count_numbers(sources);
-    drawables.say_left_out();
     Ok(drawables)
 }
 
@@ -188,12 +188,13 @@ impl Drawables {
         }
         let skin = skin.filter(|_| hangs).and_then(|index| Some((index, self.skins.get(&index)?)));
         let shapes = shapes(sources, node, primitive);
+        let is_unlit = is_strokes(primitive) && !primitive.attributes.contains_key("NORMAL");
         let is_still = |joints: &Joints| !joints.moves && shapes != Shapes::Kept;
         let needs = Needs {
             uv_sets: dress.uv_sets,
             repeats: dress.repeats,
-            tangents: dress.tangents,
-            anisotropic: dress.anisotropic,
+            tangents: dress.tangents && !is_unlit,
+            anisotropic: dress.anisotropic && !is_unlit,
             joints: skin.map(|(_, joints)| joints.joints.len()),
             posed: skin.filter(|(_, joints)| is_still(joints)).map(|(index, _)| index),
             shapes,
@@ -220,14 +221,7 @@ impl Drawables {
         }
     }
 
-    fn say_left_out(&mut self) {
-        let [points, lines] = self.left_out;
-        if points + lines > 0 {
-            self.warnings.push(format!("primitives of points ({points}) and of lines ({lines}) are not drawn"));
-        }
-    }
-
-    /// Makes all meshes, in parallel. One without triangles is none, and so is one that cannot be made, with a warning.
+    /// Makes all meshes, in parallel. One of which nothing is drawn is none, and so is one that cannot be made, with a warning.
     pub fn build(&self, sources: &Sources, options: &LoadOptions) -> (Vec<Option<Mesh>>, Vec<String>) {
         let poses: BTreeMap<usize, Vec<DAffine3>> =
             self.skins.iter().map(|(&index, joints)| (index, joints.pose(sources.nodes))).collect();
@@ -266,6 +260,11 @@ impl MeshOrder {
         let json = &sources.document.meshes[self.mesh];
         format!("{}, primitive {}", named("mesh", self.mesh, json.name.as_ref()), self.primitive)
     }
+}
+
+/// Returns true for points and lines. Compressed primitives are always triangles.
+fn is_strokes(primitive: &Primitive) -> bool {
+    primitive.mode.is_some_and(|mode| mode.0 < 4) && primitive.extensions.draco.is_none()
 }
 
 /// Returns what becomes of the morph targets of a primitive at a node.

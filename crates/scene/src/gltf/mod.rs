@@ -45,6 +45,7 @@ mod primitive;
 mod shapes;
 mod sheets;
 mod source;
+mod strokes;
 mod surroundings;
 mod textures;
 mod topology;
@@ -171,16 +172,14 @@ impl Reader<'_> {
     /// Explains why the file shows nothing.
     fn nothing(&self, nodes: &Nodes, drawables: &Drawables, warnings: &[String]) -> String {
         let with_mesh = nodes.shown.iter().filter(|&&node| self.document.nodes[node].mesh.is_some()).count();
-        let [points, lines] = drawables.left_out;
-        let (meshes, triangles) = (self.document.meshes.len(), drawables.list.len());
+        let (meshes, primitives) = (self.document.meshes.len(), drawables.list.len());
         let because = match warnings {
             [] => String::new(),
             [only] => format!("; {only}"),
             [first @ .., last] => format!("; {last} (and {} more)", first.len()),
         };
         format!(
-            "has no triangle to draw: of its {meshes} meshes, nodes of its scene show {with_mesh}, with {triangles} primitives of triangles, \
-             {points} of points and {lines} of lines{because}"
+            "has nothing to draw: of its {meshes} meshes, nodes of its scene show {with_mesh}, with {primitives} primitives{because}"
         )
     }
 

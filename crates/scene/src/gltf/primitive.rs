@@ -7,12 +7,14 @@ use super::json::Mesh as JsonMesh;
 use super::shapes;
 use super::source::PrimitiveSource;
 use super::topology::Topology;
-use crate::mesh::triangle_normal;
+use crate::mesh::{STROKE_ENDS, STROKE_VERTICES, stroke_indices, triangle_normal};
 use crate::motion::deform;
 use crate::{Aabb, Influences, Mesh, Morph, uvs};
 
 /// A box whose middle is so many times its radius from zero is recentred: f32 would keep fewer digits of offsets that are added to its positions.
 const FAR: f64 = 16.0;
+/// Stands in for normals that are not there.
+const UP: [f32; 3] = [0.0, 1.0, 0.0];
 
 /// The attributes that objects need of a primitive's mesh.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Hash)]
@@ -55,13 +57,13 @@ pub(super) struct PrimitiveInput<'a> {
 
 /// A mesh, and warnings about its data.
 pub(super) struct PrimitiveMesh {
-    /// None without a triangle.
+    /// None without a triangle, a line or a point.
     pub mesh: Option<Mesh>,
     pub warnings: Vec<String>,
 }
 
 impl PrimitiveInput<'_> {
-    /// Makes the mesh. Attributes that cannot be read are left out of it, and triangles whose corners are not there.
+    /// Makes the mesh. Attributes that cannot be read are left out of it, and triangles and lines whose corners are not there.
     ///
     /// # Errors
     /// Data of which nothing can be drawn.
@@ -69,9 +71,11 @@ impl PrimitiveInput<'_> {
         let mut warnings = Vec::new();
         let positions = self.source.floats::<3>("POSITION", &["VEC3"], 0.0)?.ok_or("has no POSITION")?;
         let topology = Topology::of(self.source.mode())?;
-        let (indices, odd) = topology.triangles(self.source.indices()?, positions.len())?;
+        let (indices, odd) = topology.corners(self.source.indices()?, positions.len())?;
         warnings.extend(odd);
-        let mut mesh = Mesh { name: self.name.into(), positions, indices, ..Mesh::default() };
+        // Points and lines have two indices each until `opened`.
+        let is_strokes = topology.is_strokes();
+        let mut mesh = Mesh { name: self.name.into(), positions, indices, is_strokes, ..Mesh::default() };
         leave_out_infinite(&mut mesh, &mut warnings)?;
         if mesh.indices.is_empty() {
             warnings.extend(self.source.take_warnings());
@@ -86,7 +90,9 @@ impl PrimitiveInput<'_> {
         if self.needs.shapes != Shapes::None {
             mesh.morphs = shapes::read(&self.source, self.mesh, &mesh, self.needs.uv_sets[0], &mut warnings);
         }
-        if mesh.normals.is_empty() {
+        if is_strokes {
+            mesh = opened(mesh);
+        } else if mesh.normals.is_empty() {
             mesh = flat(mesh);
         }
         self.finish(&mut mesh);
@@ -111,7 +117,7 @@ impl PrimitiveInput<'_> {
         if mesh.morphs.is_empty() && mesh.influences.is_none() {
             mesh.remove_degenerate_triangles();
         }
-        if self.needs.tangents && mesh.tangents.is_empty() {
+        if self.needs.tangents && mesh.tangents.is_empty() && !mesh.is_strokes {
             mesh.compute_tangents();
         }
         mesh.bounds = mesh.compute_bounds();
@@ -130,7 +136,7 @@ impl PrimitiveInput<'_> {
                 continue;
             };
             mend(&mut found, [0.0; 2], "texture coordinates are not finite, taken for 0", warnings);
-            *list = if repeats { near(found, &mesh.indices) } else { found };
+            *list = if repeats && !mesh.is_strokes { near(found, &mesh.indices) } else { found };
         }
         let [first, second] = sets;
         (mesh.uvs, mesh.uvs_1) = (first, second);
@@ -188,9 +194,14 @@ impl PrimitiveInput<'_> {
         }
         mesh.normals = normals;
         if is_bad {
-            warnings.push("normals have no length or are not finite, made from the triangles around".into());
+            let instead = if mesh.is_strokes { "taken for +Y" } else { "made from the triangles around" };
+            warnings.push(format!("normals have no length or are not finite, {instead}"));
             let given = std::mem::take(&mut mesh.normals);
-            mesh.compute_normals();
+            if mesh.is_strokes {
+                mesh.normals = vec![UP; given.len()];
+            } else {
+                mesh.compute_normals();
+            }
             for (normal, given) in mesh.normals.iter_mut().zip(given) {
                 *normal = if given[0].is_nan() { *normal } else { given };
             }
@@ -198,7 +209,9 @@ impl PrimitiveInput<'_> {
         if self.needs.tangents {
             self.tangents(mesh, warnings);
         }
-        let has_tangents = !mesh.tangents.is_empty() || self.needs.uv_sets[0].is_some();
+        // Tangents are made of triangles' texture coordinates.
+        let makes_tangents = self.needs.uv_sets[0].is_some() && !mesh.is_strokes;
+        let has_tangents = !mesh.tangents.is_empty() || makes_tangents;
         if self.needs.anisotropic && !has_tangents {
             warnings.push(
                 "its material is anisotropic, and it has neither tangents nor a texture to make them of: drawn as rough in each direction".into(),
@@ -261,18 +274,20 @@ pub(super) fn of_each<T>(
     Some(found)
 }
 
-/// Leaves out the triangles of which a corner's position is not finite.
+/// Leaves out the triangles, lines and points of which a corner's position is not finite.
 fn leave_out_infinite(mesh: &mut Mesh, warnings: &mut Vec<String>) -> Result<(), String> {
     let is_finite = |position: &[f32; 3]| position.iter().all(|number| number.is_finite());
     let Some(vertex) = mesh.positions.iter().position(|position| !is_finite(position)) else { return Ok(()) };
     let what = format!("the POSITION of vertex {vertex} is not finite");
     // Within the box of the others, which no triangle then shows.
     let instead = mesh.positions.iter().copied().find(is_finite).ok_or_else(|| what.clone())?;
-    let kept = mesh.indices.as_chunks::<3>().0.iter();
+    let corners = if mesh.is_strokes { 2 } else { 3 };
+    let kept = mesh.indices.chunks_exact(corners);
     let kept = kept.filter(|corners| corners.iter().all(|&corner| is_finite(&mesh.positions[corner as usize])));
     mesh.indices = kept.flatten().copied().collect();
     mesh.positions.iter_mut().filter(|position| !is_finite(position)).for_each(|position| *position = instead);
-    warnings.push(format!("{what}: triangles with such corners are left out"));
+    let left_out = if mesh.is_strokes { "points and lines" } else { "triangles" };
+    warnings.push(format!("{what}: {left_out} with such corners are left out"));
     Ok(())
 }
 
@@ -299,32 +314,56 @@ fn recentre(mesh: &mut Mesh) {
 
 /// A mesh without normals gets those of its triangles, each with vertices of its own.
 fn flat(mesh: Mesh) -> Mesh {
-    let own = |list: &[[f32; 3]]| again(list, &mesh.indices);
-    let mut flat = Mesh {
+    let mut flat = unshared(&mesh, &mesh.indices);
+    flat.indices = (0..mesh.indices.len() as u32).collect();
+    flat.normals = face_normals(&flat.positions, &[]);
+    for morph in &mut flat.morphs {
+        // The normals of a shape's own triangles, as differences from the mesh's (glTF 2.0, "Morph Targets").
+        let moved = face_normals(&flat.positions, &morph.positions);
+        let more = moved.iter().zip(&flat.normals).map(|(&a, &b)| (Vec3::from(a) - Vec3::from(b)).to_array());
+        morph.normals = if morph.positions.is_empty() { Vec::new() } else { more.collect() };
+        morph.tangents.clear();
+    }
+    flat
+}
+
+/// Points and lines of two indices each as strokes. Those without normals are unlit, so that any normal will do.
+fn opened(mesh: Mesh) -> Mesh {
+    let ends = mesh.indices.as_chunks::<2>().0;
+    let vertices: Vec<u32> = ends.iter().flat_map(|own| STROKE_ENDS.map(|end| own[end])).collect();
+    let mut strokes = unshared(&mesh, &vertices);
+    strokes.is_strokes = true;
+    strokes.indices = stroke_indices(vertices.len() / STROKE_VERTICES).collect();
+    if strokes.normals.is_empty() {
+        strokes.normals = vec![UP; vertices.len()];
+        strokes.morphs.iter_mut().for_each(|morph| morph.normals.clear());
+    }
+    strokes
+}
+
+/// A mesh with these vertices of another, in their order, and no indices.
+fn unshared(mesh: &Mesh, vertices: &[u32]) -> Mesh {
+    let own = |list: &[[f32; 3]]| again(list, vertices);
+    let morph = |morph: &Morph| Morph {
+        name: morph.name.clone(),
+        positions: own(&morph.positions),
+        normals: own(&morph.normals),
+        tangents: own(&morph.tangents),
+        uvs: again(&morph.uvs, vertices),
+        colors: again(&morph.colors, vertices),
+    };
+    Mesh {
         name: mesh.name.clone(),
         positions: own(&mesh.positions),
-        uvs: again(&mesh.uvs, &mesh.indices),
-        uvs_1: again(&mesh.uvs_1, &mesh.indices),
-        colors: again(&mesh.colors, &mesh.indices),
-        indices: (0..mesh.indices.len() as u32).collect(),
-        influences: mesh.influences.as_ref().map(|influences| unshared(influences, &mesh.indices)),
+        normals: own(&mesh.normals),
+        uvs: again(&mesh.uvs, vertices),
+        tangents: again(&mesh.tangents, vertices),
+        uvs_1: again(&mesh.uvs_1, vertices),
+        colors: again(&mesh.colors, vertices),
+        influences: mesh.influences.as_ref().map(|influences| unshared_influences(influences, vertices)),
+        morphs: mesh.morphs.iter().map(morph).collect(),
         ..Mesh::default()
-    };
-    flat.normals = face_normals(&flat.positions, &[]);
-    flat.morphs = mesh
-        .morphs
-        .iter()
-        .map(|morph| {
-            let positions = own(&morph.positions);
-            // The normals of a shape's own triangles, as differences from the mesh's (glTF 2.0, "Morph Targets").
-            let moved = face_normals(&flat.positions, &positions);
-            let more = moved.iter().zip(&flat.normals).map(|(&a, &b)| (Vec3::from(a) - Vec3::from(b)).to_array());
-            let normals = if positions.is_empty() { Vec::new() } else { more.collect() };
-            let (uvs, colors) = (again(&morph.uvs, &mesh.indices), again(&morph.colors, &mesh.indices));
-            Morph { name: morph.name.clone(), positions, normals, tangents: Vec::new(), uvs, colors }
-        })
-        .collect();
-    flat
+    }
 }
 
 /// The values of the corners, one after the other; none of none.
@@ -332,7 +371,7 @@ fn again<T: Copy>(values: &[T], indices: &[u32]) -> Vec<T> {
     if values.is_empty() { Vec::new() } else { indices.iter().map(|&index| values[index as usize]).collect() }
 }
 
-fn unshared(influences: &Influences, indices: &[u32]) -> Influences {
+fn unshared_influences(influences: &Influences, indices: &[u32]) -> Influences {
     let per_vertex = influences.per_vertex;
     let own = |index: &u32| *index as usize * per_vertex..(*index as usize + 1) * per_vertex;
     Influences {

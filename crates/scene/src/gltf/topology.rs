@@ -1,10 +1,12 @@
-//! Primitive modes as lists of triangles (glTF 2.0, "Meshes").
+//! Primitive modes as lists of triangles, or of the two ends of lines (glTF 2.0, "Meshes").
 
 /// The arrangement of a primitive's vertices, by its mode.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Topology {
     Points,
     Lines,
+    LineLoop,
+    LineStrip,
     Triangles,
     Strip,
     Fan,
@@ -14,7 +16,9 @@ impl Topology {
     pub fn of(mode: usize) -> Result<Self, String> {
         Ok(match mode {
             0 => Self::Points,
-            1..=3 => Self::Lines,
+            1 => Self::Lines,
+            2 => Self::LineLoop,
+            3 => Self::LineStrip,
             4 => Self::Triangles,
             5 => Self::Strip,
             6 => Self::Fan,
@@ -22,9 +26,14 @@ impl Topology {
         })
     }
 
-    /// Three vertices a triangle, in the order that makes its front; vertices that are left over make none, and triangles with an index of no vertex are
-    /// left out: the first such index is the oddity.
-    pub fn triangles(self, order: Option<Vec<u32>>, vertices: usize) -> Result<(Vec<u32>, Option<String>), String> {
+    /// Returns true for points and lines.
+    pub fn is_strokes(self) -> bool {
+        matches!(self, Self::Points | Self::Lines | Self::LineLoop | Self::LineStrip)
+    }
+
+    /// Three vertices a triangle, in the order that makes its front; two a line, and the same one twice a point. Vertices that are left over make none, and
+    /// triangles and lines with an index of no vertex are left out: the first such index is the oddity.
+    pub fn corners(self, order: Option<Vec<u32>>, vertices: usize) -> Result<(Vec<u32>, Option<String>), String> {
         let Ok(count) = u32::try_from(vertices) else { return Err(format!("it has {vertices} vertices")) };
         let order = order.unwrap_or_else(|| (0..count).collect());
         let last = order.iter().fold(0, |most, &index| most.max(index));
@@ -32,35 +41,40 @@ impl Topology {
             return Ok((self.of_run(order), None));
         }
         let is_wild = |index: &u32| *index >= count;
+        let what = match self {
+            Self::Points => "points",
+            Self::Lines | Self::LineLoop | Self::LineStrip => "lines",
+            Self::Triangles | Self::Strip | Self::Fan => "triangles",
+        };
         let wild = order.iter().position(is_wild).map(|at| {
             let index = order[at];
-            format!(
-                "index {at} is {index}, but there are only {count} vertices: triangles with such indices are left out"
-            )
+            format!("index {at} is {index}, but there are only {count} vertices: {what} with such indices are left out")
         });
-        let triangles = match self {
-            Self::Points | Self::Lines => Vec::new(),
-            Self::Triangles => {
-                let whole = order.as_chunks::<3>().0.iter().filter(|corners| !corners.iter().any(is_wild));
-                whole.flatten().copied().collect()
-            }
+        let corners = match self {
             // A strip begins again after such an index, as with a device's primitive restart.
-            Self::Strip => order.split(is_wild).flat_map(|run| self.of_run(run.to_vec())).collect(),
+            Self::Strip | Self::LineStrip => order.split(is_wild).flat_map(|run| self.of_run(run.to_vec())).collect(),
             // All of a fan's triangles have its first vertex.
             Self::Fan if order.first().is_some_and(is_wild) => Vec::new(),
-            Self::Fan => {
-                let triangles = self.of_run(order);
-                let whole = triangles.as_chunks::<3>().0.iter().filter(|corners| !corners.iter().any(is_wild));
-                whole.flatten().copied().collect()
-            }
+            Self::Triangles | Self::Fan => whole::<3>(&self.of_run(order), is_wild),
+            Self::Points | Self::Lines | Self::LineLoop => whole::<2>(&self.of_run(order), is_wild),
         };
-        Ok((triangles, wild))
+        Ok((corners, wild))
     }
 
-    /// The triangles of indices that all exist.
+    /// The corners of indices that all exist.
     fn of_run(self, mut order: Vec<u32>) -> Vec<u32> {
         match self {
-            Self::Points | Self::Lines => Vec::new(),
+            Self::Points => order.iter().flat_map(|&vertex| [vertex; 2]).collect(),
+            Self::Lines => {
+                order.truncate(order.len() / 2 * 2);
+                order
+            }
+            Self::LineStrip => order.windows(2).flatten().copied().collect(),
+            Self::LineLoop => {
+                // The way back of two vertices is the line between them once more.
+                let closing = if order.len() > 2 { [order[order.len() - 1], order[0]].to_vec() } else { Vec::new() };
+                Self::LineStrip.of_run(order).into_iter().chain(closing).collect()
+            }
             Self::Triangles => {
                 order.truncate(order.len() / 3 * 3);
                 order
@@ -81,31 +95,50 @@ impl Topology {
     }
 }
 
+/// Those of so many corners each of which no corner is wild.
+fn whole<const N: usize>(corners: &[u32], is_wild: impl Fn(&u32) -> bool) -> Vec<u32> {
+    corners.as_chunks::<N>().0.iter().filter(|own| !own.iter().any(&is_wild)).flatten().copied().collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn each_mode_gives_the_triangles_of_the_specification() {
-        let of = |mode, count| Topology::of(mode).unwrap().triangles(None, count).unwrap().0;
+    fn each_mode_gives_the_corners_of_the_specification() {
+        let of = |mode, count| Topology::of(mode).unwrap().corners(None, count).unwrap().0;
+        assert_eq!(of(0, 3), [0, 0, 1, 1, 2, 2]);
+        assert_eq!(of(1, 5), [0, 1, 2, 3]);
+        assert_eq!(of(2, 4), [0, 1, 1, 2, 2, 3, 3, 0]);
+        assert_eq!(of(2, 2), [0, 1]);
+        assert_eq!(of(3, 4), [0, 1, 1, 2, 2, 3]);
         assert_eq!(of(4, 7), [0, 1, 2, 3, 4, 5]);
         assert_eq!(of(5, 5), [0, 1, 2, 1, 3, 2, 2, 3, 4]);
         assert_eq!(of(6, 5), [1, 2, 0, 2, 3, 0, 3, 4, 0]);
         for mode in 0..7 {
-            for count in 0..3 {
+            let least = [1, 2, 2, 2, 3, 3, 3][mode];
+            for count in 0..least {
                 assert!(of(mode, count).is_empty(), "{mode} {count}");
             }
+            let topology = Topology::of(mode).unwrap();
+            assert_eq!(of(mode, least).len(), if topology.is_strokes() { 2 } else { 3 }, "{mode}");
         }
         assert!(Topology::of(7).is_err());
     }
 
     #[test]
     fn an_index_out_of_range_is_named_in_each_mode_and_takes_its_triangles_along() {
-        let of = |mode, order: &[u32]| Topology::of(mode).unwrap().triangles(Some(order.to_vec()), 6).unwrap();
-        for mode in 0..7 {
-            let (_, odd) = of(mode, &[0, 1, 9, 2]);
-            assert!(odd.unwrap().starts_with("index 2 is 9, but there are only 6 vertices"), "{mode}");
+        let of = |mode, order: &[u32]| Topology::of(mode).unwrap().corners(Some(order.to_vec()), 6).unwrap();
+        for (mode, what) in (0..7).zip(["points", "lines", "lines", "lines", "triangles", "triangles", "triangles"]) {
+            let odd = of(mode, &[0, 1, 9, 2]).1.unwrap();
+            assert!(odd.starts_with("index 2 is 9, but there are only 6 vertices"), "{mode}");
+            assert!(odd.ends_with(&format!(": {what} with such indices are left out")), "{mode}");
         }
+        assert_eq!(of(0, &[0, 9, 2]).0, [0, 0, 2, 2]);
+        assert_eq!(of(1, &[0, 9, 2, 3, 4, 77]).0, [2, 3]);
+        // The loop still closes.
+        assert_eq!(of(2, &[0, 1, 9, 2, 3]).0, [0, 1, 2, 3, 3, 0]);
+        assert_eq!(of(3, &[0, 1, 2, u32::MAX, 3, 4]).0, [0, 1, 1, 2, 3, 4]);
         assert_eq!(of(4, &[0, 1, 9, 3, 4, 5, 0]).0, [3, 4, 5]);
         // The strip begins anew, so that the second run's first triangle keeps its order.
         assert_eq!(of(5, &[0, 1, 2, u32::MAX, 3, 4, 5]).0, [0, 1, 2, 3, 4, 5]);

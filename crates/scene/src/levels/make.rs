@@ -51,7 +51,7 @@ impl Mesh {
     /// Its levels of detail, the finest first: each has about half of the triangles of the one before, and the first half of the mesh's. None of
     /// small meshes, and of those that cannot be simplified. They are made once, and again when the mesh has changed.
     pub fn levels_of_detail(&self) -> Arc<[Level]> {
-        if self.indices.len() < 3 * LEAST_TRIANGLES {
+        if self.indices.len() < 3 * LEAST_TRIANGLES || self.is_strokes {
             return Arc::default();
         }
         let key = self.shape_hash();

@@ -17,7 +17,7 @@ impl Mesh {
     /// "Linear-Speed Vertex Cache Optimisation", 2006). Of equally far triangles another may be seen. Needs the feature
     /// `readers`.
     pub fn order_triangles(&mut self) {
-        if self.ordering_steps() > MOST_ORDERING_STEPS {
+        if self.is_strokes || self.ordering_steps() > MOST_ORDERING_STEPS {
             return;
         }
         let mut workspace = meshoptimizer_rs::Workspace::default();

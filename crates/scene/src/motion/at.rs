@@ -107,6 +107,7 @@ impl Mesh {
             influences: None,
             morphs: Vec::new(),
             indices: self.indices.clone(),
+            is_strokes: self.is_strokes,
             bounds: self.bounds,
             levels: self.levels.clone(),
         }

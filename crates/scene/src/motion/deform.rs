@@ -45,6 +45,7 @@ pub fn deform(mesh: &Mesh, weights: &[f64], joints: Option<&[DAffine3]>) -> Mesh
         deformed.colors.as_flattened_mut().iter_mut().for_each(|value| *value = value.clamp(0.0, 1.0));
     }
     deformed.indices = mesh.indices.clone();
+    deformed.is_strokes = mesh.is_strokes;
     deformed
 }
 

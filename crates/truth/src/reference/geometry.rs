@@ -55,6 +55,8 @@ pub struct Geometry<'a> {
     pub triangles: Vec<Triangle>,
     /// By object.
     pub objects: Vec<TracedObject<'a>>,
+    /// The first triangle of each point and line. It has no area, so that only a picture's own rays meet it, by [`Strokes`](super::strokes::Strokes).
+    pub strokes: Vec<usize>,
     tree: Bvh,
     has_transparent: bool,
 }
@@ -143,10 +145,15 @@ impl<'a> Geometry<'a> {
                 }
             }
         }
+        let is_stroke = |triangle: &Triangle| {
+            let TriangleId { object, triangle } = triangle.id;
+            scene.meshes[scene.objects[object as usize].mesh].is_strokes && triangle % 2 == 0
+        };
+        let strokes = triangles.iter().enumerate().filter(|(_, own)| is_stroke(own)).map(|(index, _)| index).collect();
         let tree = Bvh::of(triangles.iter().map(|triangle| Aabb::of_points(triangle.corners)));
         let parts: Vec<TracedObject> = (0..scene.objects.len()).map(|index| TracedObject::of(scene, index)).collect();
         let has_transparent = parts.iter().any(|part| part.material.is_transparent());
-        Self { scene, triangles, objects: parts, tree, has_transparent }
+        Self { scene, triangles, objects: parts, strokes, tree, has_transparent }
     }
 
     pub fn object(&self, hit: &Hit) -> &TracedObject<'a> {
@@ -166,6 +173,17 @@ impl<'a> Geometry<'a> {
     /// Finds the surfaces along a ray from `near` on: the nearest opaque surface, and through `transparent` each transparent one before
     /// it, from back to front.
     pub fn seen(&self, ray: &Ray, near: f64, transparent: &mut Vec<Hit>) -> Option<Hit> {
+        self.seen_with(ray, near, |_| (), transparent)
+    }
+
+    /// The same with the points and lines that `strokes` hands on, which the ray meets from `near` on.
+    pub fn seen_with(
+        &self,
+        ray: &Ray,
+        near: f64,
+        strokes: impl FnOnce(&mut dyn FnMut(Hit)),
+        transparent: &mut Vec<Hit>,
+    ) -> Option<Hit> {
         let mut nearest: Option<Hit> = None;
         transparent.clear();
         self.tree.walk(ray, f64::INFINITY, |index, limit| {
@@ -190,6 +208,18 @@ impl<'a> Geometry<'a> {
             }
             nearest = Some(hit);
             crossing.distance
+        });
+        strokes(&mut |hit| {
+            let part = self.object(&hit);
+            if part.material.is_transparent() {
+                transparent.push(hit);
+                return;
+            }
+            let id = self.triangles[hit.triangle].id;
+            let is_behind = nearest.is_some_and(|nearest| hit.crossing.distance >= nearest.crossing.distance);
+            if !is_behind && !self.is_hole(part, id.triangle, hit.crossing.weights) {
+                nearest = Some(hit);
+            }
         });
         if self.has_transparent {
             let limit = nearest.map_or(f64::INFINITY, |nearest| nearest.crossing.distance);

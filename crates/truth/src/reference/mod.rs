@@ -29,6 +29,7 @@ mod shadow;
 pub mod shown;
 pub mod shutter;
 mod sky;
+mod strokes;
 mod surface;
 mod texture;
 pub mod tonemap;

@@ -12,8 +12,9 @@ use super::occlusion;
 use super::rays::CameraRays;
 use super::shadow::Receiver;
 use super::sky::SkySampler;
+use super::strokes::{Overlay, Strokes};
 use super::surface::ShadingPoint;
-use super::{Billboards, CameraView, Effects, Lit, Mode, Smith, Truth, TruthOptions, material, sampling};
+use super::{CameraView, Effects, Lit, Mode, Smith, Truth, TruthOptions, material, sampling};
 use afterlight_scene::{AlphaMode, Brdf, Camera, Error, Light, Scene, Settings, ThinLens, TriangleId};
 
 /// Samples that are added to every pixel before the next pass begins. A pass depends on the samples' numbers alone.
@@ -145,7 +146,7 @@ impl<'a> Reference<'a> {
     pub fn surface(&self, view: &CameraView, pixel: DVec2) -> Option<(ShadingPoint, TriangleId, f64)> {
         let rays = CameraRays::of(view);
         let ray = rays.ray(pixel);
-        let hit = self.geometry.seen(&ray, rays.near, &mut Vec::new())?;
+        let hit = self.seen_on(&ray, &rays)?;
         let (surface, _) = self.surface_of(&hit, &ray);
         let surface = match rays.parallel {
             true => ShadingPoint {
@@ -166,7 +167,7 @@ impl<'a> Reference<'a> {
         }
         let rays = CameraRays::of(view);
         let ray = rays.ray(pixel);
-        let hit = self.geometry.seen(&ray, rays.near, &mut Vec::new());
+        let hit = self.seen_on(&ray, &rays);
         hit.map_or(1.0, |hit| {
             let (surface, _) = self.surface_of(&hit, &ray);
             let receiver = Receiver::of(&self.geometry, &hit, &ray);
@@ -179,7 +180,7 @@ impl<'a> Reference<'a> {
     pub fn ambient_visibility(&self, view: &CameraView, pixel: DVec2, radius: f64) -> f64 {
         let lens = CameraRays::of(view);
         let ray = lens.ray(pixel);
-        let hit = self.geometry.seen(&ray, lens.near, &mut Vec::new());
+        let hit = self.seen_on(&ray, &lens);
         hit.map_or(1.0, |hit| {
             let (surface, _) = self.surface_of(&hit, &ray);
             let start = Receiver::of(&self.geometry, &hit, &ray).start;
@@ -193,8 +194,9 @@ impl<'a> Reference<'a> {
         let rays = CameraRays::of(view);
         let along = Some(rays.ray(along).direction);
         let ray = rays.ray(place);
-        let billboards = self.billboards_on(&ray, &rays);
-        self.look((&billboards, 0), (&ray, along), smith, Points::All, &mut Vec::new()).radiance.to_array()
+        let strokes = Strokes::unsorted(&self.geometry, &rays);
+        let overlay = Overlay { billboards: self.billboards_on(&ray, &rays), strokes };
+        self.look((&overlay, 0), (&ray, along), smith, Points::All, &mut Vec::new()).radiance.to_array()
     }
 
     /// Renders a picture. The same on any number of threads, to the last bit.
@@ -219,12 +221,12 @@ impl<'a> Reference<'a> {
         let mut radiance = vec![[0.0; 3]; width * height];
         let mut triangles = vec![None; width * height];
         let done = std::sync::atomic::AtomicU64::new(0);
-        let billboards = self.billboards(&rays);
+        let overlay = self.overlay(&rays);
         let rows = radiance.par_chunks_mut(width).zip(triangles.par_chunks_mut(width)).enumerate();
         rows.for_each_init(Vec::new, |transparent, (y, (radiance, triangles))| {
             for x in 0..width {
                 let place = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
-                let seen = self.look((&billboards, y), (&rays.ray(place), None), smith, Points::All, transparent);
+                let seen = self.look((&overlay, y), (&rays.ray(place), None), smith, Points::All, transparent);
                 (radiance[x], triangles[x]) = (seen.radiance.to_array(), seen.triangle);
             }
             let before = done.fetch_add(width as u64, std::sync::atomic::Ordering::Relaxed);
@@ -260,7 +262,7 @@ impl<'a> Reference<'a> {
         let first = accumulation.samples;
         let before = u64::from(first) * accumulation.mean.len() as u64;
         let done = std::sync::atomic::AtomicU64::new(before);
-        let billboards = self.billboards(&rays);
+        let overlay = self.overlay(&rays);
         let rows = accumulation.mean.par_chunks_mut(width).zip(accumulation.squares.par_chunks_mut(width)).enumerate();
         rows.for_each_init(Vec::new, |transparent, (y, (means, squares))| {
             for x in 0..width {
@@ -273,7 +275,7 @@ impl<'a> Reference<'a> {
                     let place = corner + sampling::in_pixel(sample, pixel);
                     let points = Points::One { sample, pixel };
                     let ray = rays.through(place, || sampling::on_lens(sample, pixel));
-                    let radiance = self.look((&billboards, y), (&ray, None), smith, points, transparent).radiance;
+                    let radiance = self.look((&overlay, y), (&ray, None), smith, points, transparent).radiance;
                     add(radiance, sample + 1, &mut means[x], &mut squares[x]);
                 }
             }
@@ -286,13 +288,14 @@ impl<'a> Reference<'a> {
     /// surfaces and particles, each in its place. [`ShadingPoint::ray`] is `along`.
     fn look(
         &self,
-        (billboards, row): (&Billboards, usize),
+        (Overlay { billboards, strokes }, row): (&Overlay, usize),
         (ray, along): (&Ray, Option<DVec3>),
         smith: Smith,
         points: Points,
         transparent: &mut Vec<Hit>,
     ) -> TracedSample {
-        let nearest = self.geometry.seen(ray, billboards.near(), transparent);
+        let met = |visit: &mut dyn FnMut(Hit)| strokes.met(ray, row, visit);
+        let nearest = self.geometry.seen_with(ray, billboards.near(), met, transparent);
         // All that lies behind glass comes by ways of its own.
         let glass = transparent.iter().enumerate().rev().find_map(|(at, hit)| Some((at, self.body_of(hit)?)));
         let behind = match (&glass, nearest) {
@@ -403,7 +406,7 @@ impl<'a> Reference<'a> {
         let lens = CameraRays::of(view);
         let ray = lens.ray(pixel);
         let collected = || {
-            let hit = self.geometry.seen(&ray, lens.near, &mut Vec::new())?;
+            let hit = self.seen_on(&ray, &lens)?;
             let (surface, _) = self.surface_of(&hit, &ray);
             let around = self.visible_sky(&hit, &ray, &surface, Points::All)?;
             let [base, lobe] = around.collected(&Reflector::<f64>::new(&surface, Smith::default()).collector());

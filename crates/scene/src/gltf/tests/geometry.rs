@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 use serde_json::json;
 
 use super::{GltfBuilder, push};
-use crate::{Imported, Mesh};
+use crate::{CastsShadow, Imported, Mesh, Object};
 
 fn mesh(file: &GltfBuilder) -> Mesh {
     file.read().meshes.remove(0)
@@ -47,16 +47,71 @@ fn accessors_without_a_view_are_zeros_under_what_is_sparse() {
 }
 
 #[test]
-fn all_modes_are_triangles_and_points_and_lines_are_counted() {
+fn all_modes_are_triangles_or_strokes() {
     let mut file = GltfBuilder::new();
     let corners = [[0.0f32, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]].map(|[x, y]| [x, y, 0.0]);
     let position = file.floats("VEC3", corners.as_flattened());
     let modes: Vec<_> = (0..7).map(|mode| json!({"attributes": {"POSITION": position}, "mode": mode})).collect();
     file.json["meshes"] = json!([{"primitives": modes}]);
     let found = file.read();
-    let triangles: Vec<usize> = found.objects.iter().map(|own| found.meshes[own.mesh].indices.len() / 3).collect();
-    assert_eq!(triangles, [1, 2, 2]);
-    assert!(found.warnings[0].contains("points (1) and of lines (3)"), "{:?}", found.warnings);
+    assert!(found.warnings.is_empty(), "{:?}", found.warnings);
+    let meshes: Vec<&Mesh> = found.objects.iter().map(|own| &found.meshes[own.mesh]).collect();
+    assert!(meshes[..4].iter().all(|mesh| mesh.is_strokes) && meshes[4..].iter().all(|mesh| !mesh.is_strokes));
+    let strokes: Vec<usize> = meshes.iter().map(|mesh| mesh.strokes().count()).collect();
+    assert_eq!(strokes, [4, 2, 4, 3, 0, 0, 0]);
+    let triangles: Vec<usize> = meshes.iter().map(|mesh| mesh.indices.len() / 3).collect();
+    assert_eq!(triangles, [8, 4, 8, 6, 1, 2, 2]);
+    let ends = |mesh: &Mesh| -> Vec<[[f32; 3]; 2]> {
+        mesh.strokes().map(|ends| ends.map(|end| mesh.positions[end])).collect()
+    };
+    assert_eq!(ends(meshes[0])[1], [corners[1]; 2]);
+    assert_eq!(ends(meshes[2]), [[0, 1], [1, 2], [2, 3], [3, 0]].map(|own| own.map(|end: usize| corners[end])));
+    // Without normals they are unlit, and a line of a pixel has no width that a shadow could have.
+    let is_unlit = |own: &Object| found.materials[own.material].unlit;
+    assert_eq!(found.objects.iter().map(is_unlit).collect::<Vec<_>>(), [true, true, true, true, false, false, false]);
+    assert!(found.objects[..4].iter().all(|own| own.casts_shadow == CastsShadow::No));
+}
+
+#[test]
+fn lines_keep_their_attributes_and_are_lit_by_their_normals() {
+    let mut file = GltfBuilder::new();
+    let position = file.floats("VEC3", &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 2.0, 0.0, 0.0]);
+    let normal = file.floats("VEC3", &[0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]);
+    let color = file.floats("VEC3", &[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]);
+    let attributes = json!({"POSITION": position, "NORMAL": normal, "COLOR_0": color});
+    file.json["meshes"] = json!([{"primitives": [{"attributes": attributes, "mode": 3}]}]);
+    let found = file.read();
+    let mesh = &found.meshes[0];
+    assert_eq!(mesh.positions.len(), 12);
+    for [first, last] in mesh.strokes() {
+        assert_eq!(mesh.positions[first][0] + 1.0, mesh.positions[last][0]);
+        let red = |vertex: usize| 1.0 - mesh.positions[vertex][0].min(1.0);
+        assert_eq!([first, last].map(|vertex| mesh.colors[vertex][0]), [first, last].map(red));
+    }
+    assert_eq!(mesh.normals[0], [0.0, 0.0, 1.0]);
+    assert_eq!(mesh.normals[7], [0.0, 1.0, 0.0]);
+    assert!(
+        found.warnings[0].contains("normals have no length or are not finite, taken for +Y"),
+        "{:?}",
+        found.warnings
+    );
+    assert!(!found.materials[found.objects[0].material].unlit);
+}
+
+#[test]
+fn lines_of_a_skin_and_of_shapes_keep_both_ends_together() {
+    let mut file = GltfBuilder::new();
+    let position = file.floats("VEC3", &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0]);
+    let moved = file.floats("VEC3", &[0.0, 1.0, 0.0, 0.0, 3.0, 0.0]);
+    let targets = json!([{"POSITION": moved}]);
+    let primitive = json!({"attributes": {"POSITION": position}, "mode": 1, "targets": targets});
+    file.json["meshes"] = json!([{"primitives": [primitive], "weights": [0.5]}]);
+    let found = file.read();
+    let mesh = &found.meshes[0];
+    let place = |vertex: usize| mesh.origin + Vec3::from(mesh.positions[vertex]).as_dvec3();
+    assert_eq!(place(0), DVec3::new(0.0, 0.5, 0.0));
+    assert_eq!(place(1), DVec3::new(1.0, 1.5, 0.0));
+    assert_eq!(mesh.strokes_fault(), None);
 }
 
 #[test]

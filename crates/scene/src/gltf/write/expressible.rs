@@ -70,7 +70,9 @@ fn objects(scene: &mut Scene, left_out: &mut Vec<String>) {
     let (mut unshadowed, mut cells) = (0, 0);
     for object in &mut scene.objects {
         let is_coat = scene.materials.get(object.material).is_some_and(surfaces::is_coat);
-        let casts = if is_coat { CastsShadow::No } else { CastsShadow::Yes };
+        // Points and lines cast none.
+        let is_strokes = meshes.get(object.mesh).is_some_and(|mesh| mesh.is_strokes);
+        let casts = if is_coat || is_strokes { CastsShadow::No } else { CastsShadow::Yes };
         unshadowed += usize::from((object.casts_shadow != casts && !is_coat) || !object.receives_shadow);
         (object.casts_shadow, object.receives_shadow, object.movable) = (casts, true, false);
         let look = object.look.take().unwrap_or_default();

@@ -10,6 +10,10 @@ use super::placing::{Placing, aimed, placing, turned};
 use super::{DocumentBuilder, number};
 use crate::{Camera, Light, LightKind, Mesh, Object, Outline, Projection, Scene, unit};
 
+/// Modes of primitives.
+const POINTS: usize = 0;
+const LINES: usize = 1;
+
 /// The parts of a scene that become nodes.
 pub(super) struct NodeWriter<'a> {
     pub scene: &'a Scene,
@@ -101,6 +105,39 @@ fn merged(mut keys: Value, more: Value) -> Value {
 
 /// A mesh's vertices and triangles, without a material.
 fn primitive(mesh: &Mesh, document: &mut DocumentBuilder) -> Value {
+    if mesh.is_strokes {
+        let (ends, mode) = ends(mesh);
+        let mut json = vertices(&ends, document);
+        json["mode"] = mode.into();
+        return json;
+    }
+    let mut json = vertices(mesh, document);
+    json["indices"] = document.binary.indices(&mesh.indices).into();
+    json
+}
+
+/// The ends of lines, two each, or points, with the primitive's mode.
+fn ends(mesh: &Mesh) -> (Mesh, usize) {
+    let are_points = mesh.strokes().all(|[first, second]| mesh.positions[first] == mesh.positions[second]);
+    let vertices: Vec<usize> =
+        mesh.strokes().flat_map(|own| own.into_iter().take(if are_points { 1 } else { 2 })).collect();
+    fn of<T: Copy>(values: &[T], vertices: &[usize]) -> Vec<T> {
+        if values.is_empty() { Vec::new() } else { vertices.iter().map(|&vertex| values[vertex]).collect() }
+    }
+    let own = Mesh {
+        positions: of(&mesh.positions, &vertices),
+        normals: of(&mesh.normals, &vertices),
+        uvs: of(&mesh.uvs, &vertices),
+        tangents: of(&mesh.tangents, &vertices),
+        uvs_1: of(&mesh.uvs_1, &vertices),
+        colors: of(&mesh.colors, &vertices),
+        ..Mesh::default()
+    };
+    (own, if are_points { POINTS } else { LINES })
+}
+
+/// The attributes of a mesh's vertices.
+fn vertices(mesh: &Mesh, document: &mut DocumentBuilder) -> Value {
     let binary = &mut document.binary;
     let mut attributes = json!({ "POSITION": binary.vertices(&mesh.positions, true) });
     attributes["NORMAL"] = binary.vertices(&mesh.normals, false).into();
@@ -117,8 +154,7 @@ fn primitive(mesh: &Mesh, document: &mut DocumentBuilder) -> Value {
     more("TEXCOORD_0", some(!uvs.is_empty()).map(|()| binary.vertices(uvs, false)));
     more("TEXCOORD_1", some(!mesh.uvs_1.is_empty()).map(|()| binary.vertices(&mesh.uvs_1, false)));
     more("COLOR_0", some(!mesh.colors.is_empty()).map(|()| binary.vertices(&mesh.colors, false)));
-    let indices = binary.indices(&mesh.indices);
-    json!({ "attributes": attributes, "indices": indices })
+    json!({ "attributes": attributes })
 }
 
 /// Writes a light by KHR_lights_punctual. The light's extras hold the values that the extension lacks and this program's reader looks at.

@@ -10,8 +10,8 @@ use crate::builtin::shapes;
 use crate::gltf::{GltfOptions, parse};
 use crate::{
     AlphaMode, Anisotropy, Brdf, Camera, CastsShadow, ColorSpace, DiffuseTransmission, Emitter, Falloff, Filter,
-    Imported, Light, LightKind, Look, Material, NamedCamera, Object, Projection, Refraction, Sampler, Sheen, Texture,
-    TextureSlot, ThinFilm, UvMap, Wrap,
+    Imported, Light, LightKind, Look, Material, Mesh, NamedCamera, Object, Projection, Refraction, Sampler, Sheen,
+    Texture, TextureSlot, ThinFilm, UvMap, Wrap,
 };
 
 fn shot() -> ExportedView {
@@ -199,6 +199,31 @@ fn meshes_keep_their_bits_and_share_their_vertices() {
     let attributes = |mesh: usize| &json["meshes"][mesh]["primitives"][0]["attributes"];
     assert_eq!(attributes(0), attributes(1));
     assert_eq!(json["accessors"].as_array().map(Vec::len), Some(7));
+}
+
+#[test]
+fn points_and_lines_keep_their_places_and_colours() {
+    let mut scene = row(vec![Material { unlit: true, ..plain("ink") }]);
+    let places: Vec<DVec3> = (0..4u32).map(|at| DVec3::new(f64::from(at), f64::from(at * at), 0.5)).collect();
+    let lines = Mesh::of_strokes("lines", &[[places[0], places[1]], [places[2], places[2]], [places[3], places[0]]]);
+    let mut points = Mesh::of_strokes("points", &[[places[1]; 2], [places[3]; 2]]);
+    let share = |place: &[f32; 3]| [(place[0] / 4.0).abs(), 0.5, 0.25, 1.0];
+    points.colors = points.positions.iter().map(share).collect();
+    scene.meshes = vec![lines, points];
+    scene.objects = (0..2)
+        .map(|mesh| Object { casts_shadow: CastsShadow::No, ..Object::new("it", mesh, 0, DAffine3::IDENTITY) })
+        .collect();
+    let exported = exported(scene);
+    assert_eq!(exported.left_out, Vec::<String>::new());
+    let read = read(&exported);
+    for (read, own) in read.meshes.iter().zip(&exported.scene.meshes) {
+        assert!(read.is_strokes);
+        assert_eq!((&read.positions, &read.normals, &read.colors), (&own.positions, &own.normals, &own.colors));
+        assert_eq!((&read.name, &read.indices), (&own.name, &own.indices));
+    }
+    let modes: Vec<_> = (0..2).map(|mesh| json(&exported)["meshes"][mesh]["primitives"][0]["mode"].clone()).collect();
+    assert_eq!(modes, [1, 0]);
+    assert!(read.objects.iter().all(|own| own.casts_shadow == CastsShadow::No && read.materials[own.material].unlit));
 }
 
 #[test]
