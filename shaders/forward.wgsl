@@ -28,7 +28,7 @@
 #endif
 #ifdef EXTRAS
 #import afterlight::instance::{highlighted, is_selected, packed_look, tint_of, unpacked_look}
-#import afterlight::strokes::{stroke_corner, world_offset}
+#import afterlight::strokes::{corner_offset, stroke_corner}
 #endif
 #import afterlight::shading::{light_everywhere, surface_of, Everywhere, Model}
 #ifdef LIGHTS
@@ -193,7 +193,7 @@ fn vertex(in: Vertex) -> Varying {
     if STROKES {
         let corner = stroke_corner(out.position, rows, in.position, in.other_end, in.own);
         out.position = corner.position;
-        world += world_offset(rows, in.other_end - in.position) * corner.share;
+        world += corner_offset(corner, rows, in.position, in.other_end);
         color = mix(color, in.other_color, corner.share);
 #ifdef TEXTURED
         uv = mix(uv, in.other_uv, corner.share);

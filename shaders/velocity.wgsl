@@ -63,9 +63,13 @@ fn vertex(in: Vertex) -> Varying {
     p += moved;
     q += moved;
 #endif
+    var before = vec3(dot(push.before_x, q), dot(push.before_y, q), dot(push.before_w, q));
+#ifdef STROKES
+    before += vec3(corner.offset * before.z, 0.0);
+#endif
     return Varying(
         position,
-        vec3(dot(push.before_x, q), dot(push.before_y, q), dot(push.before_w, q)),
+        before,
         vec2(dot(push.distance, p), dot(push.distance_before, q)),
     );
 }

@@ -9,10 +9,13 @@ const STROKE_VERTICES: u32 = 6u; // host
 // A line whose direction across the picture is smaller, as a share of its length, is seen end on: a point.
 const END_ON: f32 = 1e-6;
 
-// A corner of a stroke, and how far it is from its own end to the other one, as a share of the line: 0 but for an end behind the camera.
 struct StrokeCorner {
+    // In clip space.
     position: vec4<f32>,
+    // How far along the line it was moved from its own end to the other one: 0 but for an end behind the camera.
     share: f32,
+    // From the line to the corner, in pixels to the right and down.
+    offset: vec2<f32>,
 }
 
 // The corner of a vertex whose end is at `end` in clip space. The other end is `other - own` away in mesh space.
@@ -34,8 +37,7 @@ fn stroke_corner(end: vec4<f32>, rows: Rows, own: vec3<f32>, other: vec3<f32>, v
         along = normalize(derivative / pixel) * select(-1.0, 1.0, is_first);
     }
     let across = vec2(-along.y, along.x);
-    let offset = along * select(0.5, -0.5, is_first) + across * select(-0.5, 0.5, corner < 2u);
-    var out = StrokeCorner(end, 0.0);
+    var out = StrokeCorner(end, 0.0, along * select(0.5, -0.5, is_first) + across * select(-0.5, 0.5, corner < 2u));
     // Of parallel rays w is 1 everywhere.
     if end.w < frame.near && away.w > 0.0 {
         out.share = min((frame.near - end.w) / away.w, 1.0);
@@ -44,8 +46,14 @@ fn stroke_corner(end: vec4<f32>, rows: Rows, own: vec3<f32>, other: vec3<f32>, v
             out.position.w = frame.near;
         }
     }
-    out.position += vec4(offset * pixel * out.position.w, 0.0, 0.0);
+    out.position += vec4(out.offset * pixel * out.position.w, 0.0, 0.0);
     return out;
+}
+
+// From the position of its own end to that of a corner, in the world.
+fn corner_offset(corner: StrokeCorner, rows: Rows, own: vec3<f32>, other: vec3<f32>) -> vec3<f32> {
+    let beside = frame.ray_x * (corner.offset.x * frame.pixel_width) + frame.ray_y * (corner.offset.y * frame.pixel_height);
+    return world_offset(rows, other - own) * corner.share + beside * corner.position.w;
 }
 
 // A difference of positions in mesh space, in the world.
