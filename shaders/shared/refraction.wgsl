@@ -164,36 +164,40 @@ fn light_along(start: vec3<f32>, direction: vec3<f32>, before: f32, spread: f32,
             }
         }
     }
+    var pixel = to_pixel(clamp(a.xy + way.xy * max(inside, 0.0), vec2(-1.0), vec2(1.0)));
+    var width = 4.0;
     if met < 0.0 {
         // A surface that the picture cuts off is taken to go on as far as the ray goes.
-        let edge = to_pixel(clamp(a.xy + way.xy * max(inside, 0.0), vec2(-1.0), vec2(1.0)));
-        let stored = depth_in_backdrop(edge, size);
-        if stored > 0.0 && stored <= glass.depth && inside < 1.0 {
-            return light_behind(edge, 4.0);
-        }
-        if SEES_SKY {
+        let stored = depth_in_backdrop(pixel, size);
+        let goes_on = stored > 0.0 && stored <= glass.depth && inside < 1.0;
 #ifdef SKY_LIGHT
-            return through_all_air(lobe_of_sky(direction, min(sqrt(0.5 * spread), 1.0)) * frame.exposure, direction);
+        let is_seen = goes_on;
 #else
-            // A sky that is seen and lights nothing is in the picture alone.
-            return light_behind(edge, 4.0);
+        // A sky that is seen and lights nothing is in the picture alone.
+        let is_seen = goes_on || SEES_SKY;
 #endif
+        if !is_seen {
+            var light = glass.background;
+#ifdef SKY_LIGHT
+            if SEES_SKY {
+                light = lobe_of_sky(direction, min(sqrt(0.5 * spread), 1.0)) * frame.exposure;
+            }
+#endif
+            return through_all_air(light, direction);
         }
-        return through_all_air(glass.background, direction);
-    }
-    // Metres along the ray, and the pixels that its cone covers there.
-    let pixels = 1.0 / (frame.pixel_height * max(sqrt(dot(frame.ray_y, frame.ray_y)), 1e-9));
-    var width = spread * pixels / max(step.w, 1e-4);
-    if !vanishes || met < 0.9999 {
-        let farther = select(met / end_w, met / step.w, vanishes);
-        let nearer = (1.0 - met) / origin.w;
-        var metres = length * farther / (farther + nearer);
-        if vanishes {
-            metres = farther / nearer;
+    } else {
+        // Metres along the ray, and the pixels that its cone covers there.
+        let pixels = 1.0 / (frame.pixel_height * max(sqrt(dot(frame.ray_y, frame.ray_y)), 1e-9));
+        width = spread * pixels / max(step.w, 1e-4);
+        if !vanishes || met < 0.9999 {
+            let farther = select(met / end_w, met / step.w, vanishes);
+            let nearer = (1.0 - met) / origin.w;
+            let metres = select(length * farther / (farther + nearer), farther / nearer, vanishes);
+            width = spread * pixels * (metres + before) / max(origin.w + step.w * metres, 1e-9);
         }
-        width = spread * pixels * (metres + before) / max(origin.w + step.w * metres, 1e-9);
+        pixel = to_pixel(a.xy + way.xy * met);
     }
-    return light_behind(to_pixel(a.xy + way.xy * met), width);
+    return light_behind(pixel, width);
 }
 
 // A facet that the eye sees, of GGX (Heitz, "Sampling the GGX Distribution of Visible Normals", 2018), about a normal.
@@ -250,73 +254,64 @@ fn light_through(surface: Surface, glass: Glass, place: vec3<f32>, points: vec4<
         facet = visible_facet(surface.view, surface.normal, alpha, points.xy);
     }
     let v_dot_h = dot(surface.view, facet);
-    if v_dot_h <= 0.0 {
-        return vec3(0.0);
-    }
     let normal = surface.normal;
     let first = passed(surface, v_dot_h);
-    if glass.thickness <= 0.0 {
-        let mirrored = 2.0 * v_dot_h * facet - surface.view;
-        let up = dot(mirrored, normal);
-        if up <= 0.0 {
-            return vec3(0.0);
+    // Of a thin wall: as the facet mirrors it, on the other side.
+    let mirrored = 2.0 * v_dot_h * facet - surface.view;
+    var down = dot(mirrored, normal);
+    var out = mirrored - 2.0 * down * normal;
+    var share = first;
+    var start = place;
+    var path = 0.0;
+    var cone = 2.0 * spread;
+    if glass.thickness > 0.0 {
+        let eta = 1.0 / ior;
+        let within = facet * (eta * v_dot_h - sqrt(max(1.0 - eta * eta * (1.0 - v_dot_h * v_dot_h), 0.0))) - surface.view * eta;
+        down = -dot(within, normal);
+        path = glass.thickness * mix(1.0 / max(down, 0.05), down, glass.round);
+        let far_normal = normalize(mix(-normal, normal + 2.0 * down * within, glass.round));
+        var far_facet = far_normal;
+        if is_rough {
+            far_facet = -visible_facet(-within, -far_normal, alpha, points.zw);
         }
-        let out = mirrored - 2.0 * up * normal;
-        return first * (select(1.0, unmasked(surface, up), is_rough) * light_along(place, out, 0.0, 2.0 * spread, glass));
+        var aside = ior * (within - far_facet * dot(within, far_facet));
+        if dot(aside, aside) > MOST_ASIDE {
+            // Beyond the critical angle light goes on within, and leaves where another facet lets it: here, by the mean of all facets.
+            far_facet = far_normal;
+            aside = ior * (within - far_facet * dot(within, far_facet));
+        }
+        let length_squared = dot(aside, aside);
+        aside *= min(1.0, sqrt(MOST_ASIDE / max(length_squared, 1e-9)));
+        let rest = 1.0 - min(length_squared, MOST_ASIDE);
+        out = normalize(aside + far_facet * sqrt(rest));
+        let second = passed(surface, sqrt(rest));
+        // Light that both sides mirror back and forth comes out, too.
+        share = first * second / max(vec3(1.0) - (vec3(1.0) - first) * (vec3(1.0) - second), vec3(1e-3)) * exp(-glass.absorption * path);
+        start = place + within * path;
+        cone = (ior - 1.0) * spread;
     }
-    let eta = 1.0 / ior;
-    let within = facet * (eta * v_dot_h - sqrt(1.0 - eta * eta * (1.0 - v_dot_h * v_dot_h))) - surface.view * eta;
-    let down = -dot(within, normal);
-    if down <= 0.0 {
+    if v_dot_h <= 0.0 || down <= 0.0 {
         return vec3(0.0);
     }
-    let path = glass.thickness * mix(1.0 / max(down, 0.05), down, glass.round);
-    let far_normal = normalize(mix(-normal, normal + 2.0 * down * within, glass.round));
-    var far_facet = far_normal;
-    if is_rough {
-        far_facet = -visible_facet(-within, -far_normal, alpha, points.zw);
-    }
-    var aside = ior * (within - far_facet * dot(within, far_facet));
-    if dot(aside, aside) > MOST_ASIDE {
-        // Beyond the critical angle light goes on within, and leaves where another facet lets it: here, by the mean of all facets.
-        far_facet = far_normal;
-        aside = ior * (within - far_facet * dot(within, far_facet));
-    }
-    let length_squared = dot(aside, aside);
-    aside *= min(1.0, sqrt(MOST_ASIDE / max(length_squared, 1e-9)));
-    let rest = 1.0 - min(length_squared, MOST_ASIDE);
-    let out = normalize(aside + far_facet * sqrt(rest));
-    let second = passed(surface, sqrt(rest));
-    // Light that both sides mirror back and forth comes out, too.
-    let both = first * second / max(vec3(1.0) - (vec3(1.0) - first) * (vec3(1.0) - second), vec3(1e-3));
-    let light = light_along(place + within * path, out, path, (ior - 1.0) * spread, glass);
-    return both * exp(-glass.absorption * path) * (select(1.0, unmasked(surface, down), is_rough) * light);
+    return share * (select(1.0, unmasked(surface, down), is_rough) * light_along(start, out, path, cone, glass));
 }
 
-fn light_of_color(surface: Surface, glass: Glass, place: vec3<f32>, ior: f32) -> vec3<f32> {
-    if glass.roughness < SMOOTH {
-        return light_through(surface, glass, place, vec4(0.0), ior, 0.0);
-    }
-    // Facets of both sides stand for their share of the lobe.
-    let spread = glass.roughness * glass.roughness / sqrt(f32(GLASS_FACETS));
-    var sum = vec3(0.0);
-    for (var i = 0u; i < GLASS_FACETS; i++) {
-        // R2 (Roberts 2018).
-        let near = fract(vec2(0.7548776662, 0.5698402910) * (f32(i) + 0.5) + glass.turn);
-        let far = fract(vec2(0.5698402910, 0.7548776662) * (3.0 * f32(i) + 1.5) + glass.turn.yx * 3.0);
-        sum += light_through(surface, glass, place, vec4(near, far), ior, spread);
-    }
-    return sum / f32(GLASS_FACETS);
-}
-
-// The light that passes through glass to the eye, as stored, but for its tint.
+// The light that passes through glass to the eye, as stored, but for its tint. There is one loop for facets and colours, so that compilers have the code for a ray once.
 fn light_through_glass(surface: Surface, glass: Glass, place: vec3<f32>) -> vec3<f32> {
-    if glass.iors.x == glass.iors.z || glass.thickness <= 0.0 {
-        return light_of_color(surface, glass, place, glass.iors.y);
+    let facets = select(1u, GLASS_FACETS, glass.roughness >= SMOOTH);
+    let colors = select(3u, 1u, glass.iors.x == glass.iors.z || glass.thickness <= 0.0);
+    // Facets of both sides stand for their share of the lobe.
+    let spread = select(0.0, glass.roughness * glass.roughness / sqrt(f32(GLASS_FACETS)), facets > 1u);
+    var sum = vec3(0.0);
+    for (var i = 0u; i < facets * colors; i++) {
+        let color = i % colors;
+        // R2 (Roberts 2018).
+        let number = f32(i / colors);
+        let near = fract(vec2(0.7548776662, 0.5698402910) * (number + 0.5) + glass.turn);
+        let far = fract(vec2(0.5698402910, 0.7548776662) * (3.0 * number + 1.5) + glass.turn.yx * 3.0);
+        let ior = select(select(glass.iors.z, glass.iors.x, color == 0u), glass.iors.y, colors == 1u || color == 1u);
+        let wanted = select(vec3<f32>(vec3(color) == vec3(0u, 1u, 2u)), vec3(1.0), colors == 1u);
+        sum += wanted * light_through(surface, glass, place, vec4(near, far), ior, spread);
     }
-    return vec3(
-        light_of_color(surface, glass, place, glass.iors.x).x,
-        light_of_color(surface, glass, place, glass.iors.y).y,
-        light_of_color(surface, glass, place, glass.iors.z).z,
-    );
+    return sum / f32(facets);
 }

@@ -18,6 +18,11 @@ use crate::plan::FramePlan;
 use crate::scene::{Settings, exposure_scale, metered_ev100};
 use crate::visible::{ShadowCache, World};
 
+/// The buffers of passes that set 0 names.
+pub(super) fn named_buffers(frame: &Frame) -> [Option<&gpu::Buffer>; 2] {
+    [air::LIGHT, backdrop::LEVELS].map(|resource| frame.buffer(resource))
+}
+
 /// All of a renderer that the scene is needed for.
 pub(super) struct RendererBuilder {
     device: Arc<Device>,
@@ -103,8 +108,7 @@ impl RendererBuilder {
         })?;
         // The begin of a frame, the end of each of its passes, and of those over the picture.
         let times = StepList::of(&plan).passes().count() as u32 + 2;
-        let named = [air::LIGHT, backdrop::LEVELS].map(|resource| frame.buffer(resource));
-        let of_world = (&world, scene.sky.as_ref(), named);
+        let of_world = (&world, scene.sky.as_ref(), named_buffers(&frame));
         let in_flight = |index| {
             Ok(InFlight {
                 cmd: CommandBuffer::new(&device, &format!("frame {index}"))?,

@@ -64,7 +64,6 @@ use crate::gpu_scene::{
     VisibilityLookup,
 };
 use crate::passes::FrameContext;
-use crate::passes::backdrop;
 use crate::passes::copy::Copy;
 use crate::plan::{self, FramePlan};
 use crate::scene::{self, Camera, Scene, Settings};
@@ -287,7 +286,7 @@ impl Renderer {
         let reprojection = is_averaged.then(|| self.timeline.reprojection(&self.world, &visible, &eye, self.plan.size));
         let jitter = reprojection.as_ref().map_or(jitter, |own| own.jitter);
         let uniform = FrameUniform::of(&self.world, &visible, &eye, &self.plan, jitter);
-        frame.view.name_backdrop(&self.device, self.frame.buffer(backdrop::LEVELS));
+        frame.view.rename(&self.device, builder::named_buffers(&self.frame));
         // The submission makes them visible to the device: the row "host-to-frame".
         frame.view.write(&uniform, (&self.world, &self.plan), &visible, camera)?;
         // ANCHOR_END: record-frame

@@ -70,7 +70,7 @@ pub struct ViewBuffers {
     sky_directions: Option<DirectionBuffer>,
     lobes: Option<Buffer>,
     /// The picture behind glass that the set names.
-    backdrop: Option<vk::Buffer>,
+    behind_glass: Option<vk::Buffer>,
     index: usize,
     pub set: vk::DescriptorSet,
     _pool: DescriptorPool,
@@ -82,7 +82,7 @@ impl ViewBuffers {
         index: usize,
         layout: vk::DescriptorSetLayout,
         plan: &FramePlan,
-        (world, sky, [light_in_air, backdrop]): (&World, Option<&SkyMaps>, [Option<&Buffer>; 2]),
+        (world, sky, [light_in_air, behind_glass]): (&World, Option<&SkyMaps>, [Option<&Buffer>; 2]),
     ) -> gpu::Result<Self> {
         let buffer = |name: &str, size: usize, usage| {
             let name = format!("{name} of frame {index}");
@@ -141,7 +141,7 @@ impl ViewBuffers {
             writer = writer.storage_buffer(UV_MAPS, uv_maps, uv_maps.size);
         }
         if let Some(lobes) = &lobes {
-            writer = lobes::write(lobes, backdrop, writer);
+            writer = lobes::write(lobes, behind_glass, writer);
         }
         writer = air::write(plan, light_in_air, lights.as_ref(), writer);
         if let (Some(sky), Some(planned)) = (sky, &plan.effects.sky) {
@@ -159,7 +159,7 @@ impl ViewBuffers {
             uv_maps,
             sky_directions,
             lobes,
-            backdrop: backdrop.map(|own| own.raw),
+            behind_glass: behind_glass.map(|own| own.raw),
             index,
             set,
             _pool: pool,
@@ -221,11 +221,11 @@ impl ViewBuffers {
     }
 
     /// Names the picture behind glass again where it has become another one, as of another size. The frame that used the set before must be done.
-    pub fn name_backdrop(&mut self, device: &Device, backdrop: Option<&Buffer>) {
-        let raw = backdrop.map(|own| own.raw);
-        if let Some(lobes) = self.lobes.as_ref().filter(|_| raw != self.backdrop) {
-            lobes::write(lobes, backdrop, SetWriter::new()).update(device, self.set);
-            self.backdrop = raw;
+    pub fn rename(&mut self, device: &Device, [_, behind_glass]: [Option<&Buffer>; 2]) {
+        let raw = behind_glass.map(|own| own.raw);
+        if let Some(lobes) = self.lobes.as_ref().filter(|_| raw != self.behind_glass) {
+            lobes::write(lobes, behind_glass, SetWriter::new()).update(device, self.set);
+            self.behind_glass = raw;
         }
     }
 

@@ -6,7 +6,7 @@ use super::screen::replace;
 use super::surface::{Limits, LitDesc, SurfacePipelines, lit_pipeline, opaque_depth};
 use super::{
     COLOR_WRITE, ContentsIfFirst, EARLY_DEPTH_READ, FrameContext, LATE_DEPTH_WRITE, Pass, PassName, PassRecorder,
-    Presence, ResourceUse, SAMPLED, SetLayouts, Slot, backdrop, culled, frame_data, maps, meshes, sky_light,
+    Presence, ResourceUse, SAMPLED, SetLayouts, Slot, culled, frame_data, looked_up, maps, meshes,
 };
 use crate::gpu::{self, Device, sync::Use};
 use crate::gpu_scene::GpuScene;
@@ -47,9 +47,7 @@ pub const PASS: Pass = Pass {
             .chain(meshes(plan))
             .chain(culled(plan))
             .chain(maps(plan, MAP_READ))
-            .chain(sky_light(plan))
-            // Lobes of opaque surfaces have shaders that name the picture behind glass.
-            .chain(backdrop::touch(plan))
+            .chain(looked_up(plan))
             .collect()
     },
     leave_out: None,

@@ -8,8 +8,8 @@ use std::sync::Arc;
 use super::screen::replace;
 use super::surface::{Limits, LitDesc, SurfacePipelines, lit_pipeline};
 use super::{
-    FrameContext, Pass, PassName, PassRecorder, Presence, SAMPLED, SetLayouts, Slot, backdrop, culled, frame_data,
-    maps, meshes, sky_light,
+    FrameContext, Pass, PassName, PassRecorder, Presence, SAMPLED, SetLayouts, Slot, culled, frame_data, looked_up,
+    maps, meshes,
 };
 use crate::gpu::{self, DepthState, Device, sync::Use, vk};
 use crate::gpu_scene::GpuScene;
@@ -34,7 +34,7 @@ pub const PASS: Pass = Pass {
     // It draws into the attachments of LIGHTING, in whose subpass it is.
     touches: |plan| {
         let drawn = [frame_data()].into_iter().chain(meshes(plan)).chain(culled(plan));
-        drawn.chain(maps(plan, MAP_READ)).chain(sky_light(plan)).chain(backdrop::touch(plan)).collect()
+        drawn.chain(maps(plan, MAP_READ)).chain(looked_up(plan)).collect()
     },
     leave_out: None,
     make: Some(|own| Ok(Box::new(LobesPass::new(own.device, own.plan, own.slot()?, own.layouts, own.scene)?))),

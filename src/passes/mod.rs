@@ -218,6 +218,11 @@ fn light_maps(plan: &FramePlan, uses: Use) -> Option<ResourceUse> {
     if plan.has_light_maps() { maps(plan, uses) } else { None }
 }
 
+/// What shaders look up that light surfaces as they draw them: the sky's light, and the picture behind glass, which all of them name that know of lobes.
+fn looked_up(plan: &FramePlan) -> impl Iterator<Item = ResourceUse> {
+    sky_light(plan).into_iter().chain(backdrop::touch(plan))
+}
+
 /// Looks up the light that surfaces collect of the sky, where it lights them.
 fn sky_light(plan: &FramePlan) -> Option<ResourceUse> {
     plan.is_lit_by_sky().then(|| ResourceUse::resource(Resource::SkyLight, SKY_READ))

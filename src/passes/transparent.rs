@@ -8,8 +8,8 @@ use ash::vk;
 use super::blending::{blend, limits, targets};
 use super::surface::{LitDesc, SurfacePipelines, lit_pipeline};
 use super::{
-    FrameContext, Pass, PassName, PassRecorder, Presence, ResourceUse, SAMPLED, SetLayouts, Slot, air, backdrop,
-    frame_data, maps, meshes, sky_light,
+    FrameContext, Pass, PassName, PassRecorder, Presence, ResourceUse, SAMPLED, SetLayouts, Slot, air, frame_data,
+    looked_up, maps, meshes,
 };
 use crate::gpu::{self, DepthState, Device, sync::Use};
 use crate::gpu_scene::GpuScene;
@@ -50,9 +50,8 @@ fn touches(plan: &FramePlan) -> Vec<ResourceUse> {
     touches.push(frame_data());
     touches.extend(meshes(plan));
     touches.extend(maps(plan, MAP_READ));
-    touches.extend(sky_light(plan));
+    touches.extend(looked_up(plan));
     touches.extend(air::touch(plan));
-    touches.extend(backdrop::touch(plan));
     touches
 }
 

@@ -72,6 +72,7 @@ const EFFECTS: &[Reach] = &[
         // Lobes are a part of materials: only the pass and its plan are looked for.
         whole: &["LobesPlan", "LobesPass"],
     },
+    Reach { name: "refraction", files: &["refraction", "backdrop"], parts: &["backdrop"], whole: &["RefractionPlan"] },
     Reach { name: "fxaa", files: &["fxaa"], parts: &["fxaa"], whole: &[] },
     Reach { name: "aberration", files: &["aberration"], parts: &["aberration"], whole: &[] },
     Reach { name: "tone", files: &["tone"], parts: &["vignette"], whole: &["TONE"] },

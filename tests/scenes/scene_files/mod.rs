@@ -15,8 +15,8 @@ use std::path::Path;
 use afterlight::plan::FramePlan;
 use afterlight::scene::file::{self, schema};
 use afterlight::scene::{
-    Brdf, Camera, CastsShadow, Falloff, Filter, LightKind, Look, OpenOptions, Projection, Resolve, Sampler, Scene,
-    ShadowFilter, TextureSlot, UvMap, Wrap, open,
+    Brdf, Camera, CastsShadow, Falloff, Filter, LightKind, Look, OpenOptions, Projection, Refraction, Resolve, Sampler,
+    Scene, ShadowFilter, TextureSlot, UvMap, Wrap, open,
 };
 use glam::{DVec3, Vec3};
 use tempfile::TempDir;
@@ -169,6 +169,9 @@ fn every_key_does_what_it_says() {
     assert_eq!((through.strength, through.color), (0.5, Vec3::new(0.25, 0.5, 1.0)));
     // The same file as colour and as numbers is two textures, not eleven; sampled otherwise it is another one.
     assert_eq!(scene.textures.len(), 3);
+    let body =
+        Refraction { ior: 1.25, thickness: 0.5, color: Vec3::new(0.25, 0.5, 1.0), distance: 2.0, dispersion: 0.75 };
+    assert_eq!(scene.materials[material("bottle")].refraction, Some(body));
     let poster = &scene.materials[material("poster")];
     let third = 1.0f32 / 9.0;
     assert!((poster.reflectance - Vec3::new(third * 0.5, third * 0.25, 0.5)).abs().max_element() < 1e-6, "{poster:?}");
