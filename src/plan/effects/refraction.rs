@@ -1,9 +1,11 @@
 //! Refraction: glass shows the picture behind it bent, blurred and tinted, for which BACKDROP keeps that picture.
 
+use glam::{DAffine3, DVec3, Vec3};
+
 use crate::plan::effect::{Effect, EffectRequest, Hdr, Variation};
 use crate::plan::parts::part;
 use crate::plan::{BufferName, Capabilities, FramePlan, LobeMask, PartGroup, PlanError, Shading, SurfaceRules};
-use crate::scene::{AlphaMode, Refraction, Scene, Settings, Transparency};
+use crate::scene::{AlphaMode, Material, Object, Refraction, Scene, Settings, Transparency};
 use crate::shaders::shared::backdrop::LAST_LEVEL;
 
 /// The picture behind glass, with the means of its squares.
@@ -40,13 +42,16 @@ pub(crate) const EFFECT: Effect = Effect {
     ..Effect::PLAIN
 };
 
-/// Makes a body of coloured glass of the first material.
+/// Puts a body of coloured glass before the first object, of the same shape.
 fn make_glass(scene: &mut Scene) {
-    if let Some(material) = scene.materials.first_mut() {
+    if let Some(object) = scene.objects.first() {
+        let body = Refraction { thickness: 0.5, distance: 0.5, color: Vec3::new(0.5, 0.8, 0.6), ..Refraction::THIN };
         let glass =
-            Refraction { thickness: 0.5, distance: 0.5, color: glam::Vec3::new(0.5, 0.8, 0.6), ..Refraction::THIN };
-        (material.alpha_mode, material.alpha) = (AlphaMode::Glass, 0.1);
-        material.refraction = Some(glass);
+            Material { alpha_mode: AlphaMode::Glass, alpha: 0.1, refraction: Some(body), ..Material::default() };
+        let before = DAffine3::from_translation(DVec3::Z * 0.5) * object.transform;
+        let glazed = Object::new("glass", object.mesh, scene.materials.len(), before);
+        scene.materials.push(glass);
+        scene.objects.push(glazed);
     }
 }
 
