@@ -284,7 +284,7 @@ fn all_light(pixel: vec4<f32>, surface: Surface, texel: Texel, model: Model) -> 
 // Glass over the picture: its own light, and the light that passes through it. Layers between it and the picture that it shows have changed what lies straight behind it. Blending adds their
 // change: `kept` of what is there, less `kept` of the picture without them. That is the darkest channel of the tint, and so little that no light is negative.
 fn over_backdrop(own: vec4<f32>, thickness: f32, alpha: f32, surface: Surface, texel: Texel, in: Varying) -> vec4<f32> {
-    let glass = glass_of(push.lobes, thickness, in.scale, push.round, texel.roughness, in.position.z);
+    let glass = glass_of(push.lobes, thickness, in.scale, vec2(push.round, push.slender), texel.roughness, in.position.z);
     let tint = texel.albedo * ((1.0 - texel.metallic) * (1.0 - alpha));
     let passed = min(light_through_glass(surface, glass, in.world) * tint, vec3(LARGEST));
     let all = own.rgb + passed;

@@ -1,7 +1,7 @@
 // The air before a surface or particle that is blended over a fogged picture.
 #define_import_path afterlight::fogged
 #import afterlight::frame::{frame, ORTHOGRAPHIC}
-#import afterlight::fog::{fog_depth, fog_light, fog_transmittance, FogRay}
+#import afterlight::fog::{endless_fog_depth, fog_depth, fog_light, fog_transmittance, FogRay}
 
 // True if the frame has fog and this pipeline draws things that are seen through it. FOG covers opaque surfaces alone.
 override FOG: bool = false;
@@ -42,3 +42,11 @@ fn seen_through_air(world: vec3<f32>, own: vec4<f32>, largest: f32) -> vec4<f32>
     return vec4(own.rgb * left + fog_light(direction, largest) * ((1.0 - left) * own.a), own.a);
 }
 
+// Light from infinitely far away, as the air leaves it. What lamps add to the air is found along the eye's own rays alone.
+fn through_all_air(light: vec3<f32>, direction: vec3<f32>) -> vec3<f32> {
+    if !FOG {
+        return light;
+    }
+    let left = fog_transmittance(endless_fog_depth(FogRay(direction, 1.0, frame.air.rise)));
+    return light * left + fog_light(direction, 3e38) * (1.0 - left);
+}

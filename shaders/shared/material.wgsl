@@ -24,8 +24,9 @@ struct Push {
     first_uv_map: u32,
     // That of its row of lobes.wgsl, where it has one.
     lobes: u32,
-    // Glass, from a pane to a ball.
+    // Of a body of glass: the share of its surface that is round, and 1 over the longest edge of its mesh's box.
     round: f32,
+    slender: f32,
 }
 
 var<immediate> push: Push;

@@ -2,8 +2,7 @@
 #define_import_path afterlight::refraction
 #import afterlight::frame::{frame, ORTHOGRAPHIC}
 #import afterlight::backdrop::{level_extent, light_at, unpacked_light, Backdrop, LAST_LEVEL}
-#import afterlight::fog::{endless_fog_depth, fog_light, fog_transmittance, FogRay}
-#import afterlight::fogged::{FOG}
+#import afterlight::fogged::{through_all_air}
 #import afterlight::brdf::{Surface}
 #import afterlight::lobes::{film_reflectance, lobe_data, FILM}
 #ifdef SKY_LIGHT
@@ -44,15 +43,16 @@ struct Glass {
     turn: vec2<f32>,
 }
 
-// `texel`: the share of the thickness that the material's texture leaves; `scale`: metres per unit of the mesh.
-fn glass_of(row: u32, texel: f32, scale: f32, round: f32, roughness: f32, depth: f32) -> Glass {
+// `texel`: the share of the thickness that the material's texture leaves; `scale`: metres per unit of the mesh; `shape`: the round share of its surface, and 1 over its longest edge.
+fn glass_of(row: u32, texel: f32, scale: f32, shape: vec2<f32>, roughness: f32, depth: f32) -> Glass {
     let own = lobe_data.rows[row];
     var glass: Glass;
     glass.iors = max(vec3(own.glass.x) + vec3(-own.glass.z, 0.0, own.glass.z), vec3(1.0));
     // A texture makes no body a thin wall, which would absorb nothing.
     glass.thickness = own.glass.y * max(texel, 1e-4) * scale;
     glass.absorption = own.absorption.rgb;
-    glass.round = round;
+    // A pane up to a quarter of the longest edge, and where it is round a ball from half of it on.
+    glass.round = shape.x * saturate(4.0 * own.glass.y * texel * shape.y - 1.0);
     glass.background = own.background.rgb;
     glass.roughness = roughness;
     glass.depth = depth;
@@ -108,15 +108,6 @@ fn light_straight_behind(pixel: vec2<f32>) -> vec3<f32> {
 
 fn to_pixel(clip: vec2<f32>) -> vec2<f32> {
     return (clip + 1.0) / vec2(frame.pixel_width, frame.pixel_height);
-}
-
-// Light from infinitely far away, as the air leaves it. What lamps add to the air is found along the eye's own rays alone.
-fn through_all_air(light: vec3<f32>, direction: vec3<f32>) -> vec3<f32> {
-    if !FOG {
-        return light;
-    }
-    let left = fog_transmittance(endless_fog_depth(FogRay(direction, 1.0, frame.air.rise)));
-    return light * left + fog_light(direction, 3e38) * (1.0 - left);
 }
 
 // Light that a ray beyond the glass meets, as stored: it is followed on its line across the picture, on which depth falls evenly, until a surface is nearer than the ray. `spread`: the

@@ -43,7 +43,7 @@ pub struct SurfacePush {
     first_uv_map: u32,
     lobes: u32,
     round: f32,
-    _padding: u32,
+    slender: f32,
 }
 
 const _: () = {
@@ -64,6 +64,7 @@ const _: () = {
     assert!(offset_of!(SurfacePush, normal_scale) == wgsl::NORMAL_SCALE);
     assert!(offset_of!(SurfacePush, first_uv_map) == wgsl::FIRST_UV_MAP);
     assert!(offset_of!(SurfacePush, lobes) == wgsl::LOBES && offset_of!(SurfacePush, round) == wgsl::ROUND);
+    assert!(offset_of!(SurfacePush, slender) == wgsl::SLENDER);
 };
 
 /// The pipeline and the material that are bound.
@@ -251,7 +252,7 @@ impl SurfacePipelines {
             first_uv_map: recording.textures.first_uv_map(object.material).unwrap_or(0),
             lobes: self.lobes.as_ref().and_then(|lobes| lobes.row(object.material)).unwrap_or(0),
             round: object.round,
-            _padding: 0,
+            slender: object.slender,
         }
     }
 }

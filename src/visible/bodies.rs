@@ -7,16 +7,10 @@ use crate::scene::Mesh;
 /// A surface whose radius of curvature is below twice the longest edge of its mesh's box is round, and a flatter one is flat.
 const ROUND: f32 = 0.5;
 
-/// How round a body is that is so thick, in units of the mesh: 0, a pane, whose far side lies even with the near one; 1, a ball of that diameter. Thin walls are panes, and so
-/// are bodies with flat faces.
-pub(super) fn roundness(mesh: &Mesh, thickness: f32) -> f32 {
-    let longest = (mesh.bounds.max - mesh.bounds.min).max_element();
-    if longest <= 0.0 {
-        return 0.0;
-    }
-    // A pane up to a quarter of the longest edge, and a ball from half of it on.
-    let solid = (4.0 * f64::from(thickness) / longest - 1.0).clamp(0.0, 1.0);
-    if solid > 0.0 { solid as f32 * round_share(mesh, longest as f32) } else { 0.0 }
+/// The share of a mesh's surface that is round, and 1 over the longest edge of its box. A body is taken for a ball as far as its surface is round and it is thick for its length.
+pub(super) fn shape(mesh: &Mesh) -> [f32; 2] {
+    let longest = (mesh.bounds.max - mesh.bounds.min).max_element() as f32;
+    if longest > 0.0 { [round_share(mesh, longest), 1.0 / longest] } else { [0.0; 2] }
 }
 
 /// The share of the surface that is round: by the angle between the normals at both ends of an edge, over its length.
@@ -45,13 +39,11 @@ mod tests {
     use crate::scene::builtin::shapes::{cuboid, sphere};
 
     #[test]
-    fn a_ball_is_round_and_a_pane_a_block_and_a_thin_wall_are_not() {
-        let ball = sphere(0.5, 32).finish("ball");
-        let found = [1.0, 0.5, 0.1].map(|thickness| roundness(&ball, thickness));
-        assert!(found[0] > 0.99 && found[0] == found[1] && found[2] == 0.0, "{found:?}");
-        assert!((0.4..0.6).contains(&roundness(&ball, 0.375)));
-        assert_eq!(roundness(&cuboid([1.0; 3]).finish("block"), 1.0), 0.0);
-        // However finely it is made.
-        assert!(roundness(&sphere(0.5, 1024).finish("ball"), 1.0) > 0.99);
+    fn a_ball_is_round_however_finely_it_is_made_and_a_block_is_not() {
+        for segments in [32, 1024] {
+            let [round, slender] = shape(&sphere(0.5, segments).finish("ball"));
+            assert!(round > 0.99 && (slender - 1.0).abs() < 1e-3, "{segments}: {round} {slender}");
+        }
+        assert_eq!(shape(&cuboid([1.0, 2.0, 0.5]).finish("block")), [0.0, 0.5]);
     }
 }

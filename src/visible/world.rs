@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DVec2, DVec3, Vec2, Vec3};
 
-use super::bodies::roundness;
+use super::bodies::shape;
 use super::instances::InstanceList;
 use super::looks::PlannedLook;
 use super::occlusion::Occluders;
@@ -150,8 +150,9 @@ pub struct WorldObject {
     pub triangles: usize,
     pub transparent: bool,
     pub look: PlannedLook,
-    /// How round it is, where it is a body of glass.
+    /// Of a body of glass: the share of its surface that is round, and 1 over the longest edge of its mesh's box.
     pub round: f32,
+    pub slender: f32,
 }
 
 impl World {
@@ -368,6 +369,7 @@ impl WorldObject {
         let object = &scene.objects[number];
         let mesh = &scene.meshes[object.mesh];
         let transparent = rules.material(object).is_transparent();
+        let [round, slender] = if rules.material(object).refraction.is_some() { shape(mesh) } else { [0.0; 2] };
         Self {
             number,
             mesh: object.mesh,
@@ -386,7 +388,8 @@ impl WorldObject {
             cuts: rules.cuts(object),
             triangles: mesh.indices.len() / 3,
             look: PlannedLook::of(object.shown_look(), rules.material(object), &plan.textures),
-            round: rules.material(object).refraction.map_or(0.0, |own| roundness(mesh, own.thickness)),
+            round,
+            slender,
         }
     }
 }

@@ -17,7 +17,7 @@ const NEEDED: &[(&str, &str)] = &[
     ("indices of 16 bits", "its triangles"),
     ("forward layout", "the pipeline's sets and push constants"),
     (
-        "forward GeometryKey { textures: TextureMask(0), own_samplers: false, extras: Extras { colors: false, colored_light: false, uv_maps: false, second_uvs: false, looks: false, cells: false }, masked: false, discards: false, two_sided: false, mirrored: false, phong: false, reflectance: false, lobes: LobeMask(0), receives: true, forward: Some(ForwardKey { brdf: Lambert, opacity: Hides, emissive: false }) }",
+        "forward GeometryKey { textures: TextureMask(0), own_samplers: false, extras: Extras { colors: false, colored_light: false, uv_maps: false, second_uvs: false, looks: false, cells: false, strokes: false }, masked: false, discards: false, two_sided: false, mirrored: false, phong: false, reflectance: false, lobes: LobeMask(0), receives: true, forward: Some(ForwardKey { brdf: Lambert, opacity: Hides, emissive: false }) }",
         "the one pipeline",
     ),
     ("frame set layout", "set 0: camera and light"),

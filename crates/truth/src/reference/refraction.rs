@@ -21,7 +21,7 @@ use afterlight_scene::AlphaMode;
 const FACETS: u32 = 64;
 /// Parts of light below that share of it are followed no further.
 const LEAST_SHARE: f64 = 1e-3;
-/// Surfaces that one ray meets, at most.
+/// Surfaces that one ray meets, at most: what is caught in a wall goes on for long, and then sees the background.
 const MOST_SURFACES: u32 = 24;
 
 /// The body of a glass surface.
@@ -88,7 +88,7 @@ impl Reference<'_> {
         let view = -ray.direction.normalize();
         let tint = surface.albedo * ((1.0 - surface.metallic) * (1.0 - surface.alpha));
         if tint == DVec3::ZERO || met >= MOST_SURFACES {
-            return DVec3::ZERO;
+            return tint * self.background(ray.direction);
         }
         let own = Reflector::<f64>::new(&ShadingPoint { ray: Some(-view), ..surface }, smith).collector();
         let chosen = facets(surface.roughness, points, met);
@@ -180,8 +180,11 @@ impl Reference<'_> {
         };
         let left = way.body.left_after(hit.crossing.distance);
         let share = share * left;
-        if share.max_element() < LEAST_SHARE || met >= MOST_SURFACES {
+        if share.max_element() < LEAST_SHARE {
             return DVec3::ZERO;
+        }
+        if met >= MOST_SURFACES {
+            return left * self.background(ray.direction);
         }
         let (surface, mode) = self.surface_of(&hit, ray);
         if mode != AlphaMode::Glass {
