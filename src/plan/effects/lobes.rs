@@ -8,7 +8,7 @@ use crate::plan::effect::{Effect, EffectRequest, LightReaders, Variation};
 use crate::plan::parts::part;
 use crate::plan::surfaces::lobes_are_drawn;
 use crate::plan::{FramePlan, PartGroup, Shading, SurfaceRules};
-use crate::scene::{Anisotropy, DiffuseTransmission, Scene, Settings, Sheen, ThinFilm, counted};
+use crate::scene::{Anisotropy, Brdf, DiffuseTransmission, Scene, Settings, Sheen, ThinFilm, counted};
 use crate::shaders::shared::lobes::SHEEN_SHARES;
 
 /// The name of its line in `inspect`.
@@ -51,7 +51,13 @@ pub(crate) const EFFECT: Effect = Effect {
 
 fn dress_in_velvet(scene: &mut Scene) {
     let sheen = Sheen { color: Vec3::new(0.9, 0.5, 0.7), roughness: 0.4 };
-    scene.materials.iter_mut().for_each(|material| material.sheen = sheen);
+    for material in &mut scene.materials {
+        material.sheen = sheen;
+        // A matt one has no lobe.
+        if material.brdf == Brdf::Lambert {
+            material.brdf = Brdf::CookTorrance;
+        }
+    }
 }
 
 fn brush(scene: &mut Scene) {
