@@ -438,6 +438,7 @@ impl Renderer {
             seen: self.seen.as_ref(),
             swapchain,
         })?;
+        self.frames.iter_mut().for_each(|own| own.view.forget_names());
         Ok(self)
     }
 }

@@ -220,6 +220,12 @@ impl ViewBuffers {
         }
     }
 
+    /// Has [`Self::rename`] name the picture behind glass again. A handle does not tell: a new buffer may have that of one that is gone.
+    #[cfg(feature = "present")]
+    pub fn forget_names(&mut self) {
+        self.behind_glass = None;
+    }
+
     /// Names the picture behind glass again where it has become another one, as of another size. The frame that used the set before must be done.
     pub fn rename(&mut self, device: &Device, [_, behind_glass]: [Option<&Buffer>; 2]) {
         let raw = behind_glass.map(|own| own.raw);

@@ -76,7 +76,7 @@ impl Anisotropy {
 pub struct DiffuseTransmission {
     /// Share of the base that transmits in place of reflecting, 0 to 1; 0 is an opaque surface.
     pub strength: f32,
-    /// Colour of the transmitted light, 0 to 1; the base colour is that of the reflected light.
+    /// Colour of the transmitted light, 0 to 1. Reflected light has the base colour.
     pub color: Vec3,
 }
 

@@ -62,7 +62,7 @@ pub enum TextureSlot {
     Shininess,
     /// The colour of a sheen: sRGB colour. Linear alpha is a share of its roughness.
     Sheen,
-    /// Of a thin film: its strength in red, and in green its place between the least and the most thickness. Of glass: in blue a share of its thickness. Linear.
+    /// Of a thin film: its strength in red, and in green its place between the least and the most thickness. Glass: blue scales its thickness. Linear.
     Film,
     /// Of an anisotropy: its direction in red and green, where 128 is 0 as in a normal map, and its strength in blue. Linear.
     Anisotropy,

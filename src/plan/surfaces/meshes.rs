@@ -471,7 +471,7 @@ mod tests {
         let keys: Vec<_> = plan.geometry.iter().filter(|key| key.extras.strokes).collect();
         let [key] = keys[..] else { panic!("{keys:?}") };
         assert!(key.has_extras() && !key.two_sided && !key.mirrored && !key.is_in_prepass());
-        // Without them nothing has their code.
+        // A scene without strokes has no pipeline with their code.
         scene.objects.truncate(1);
         assert!(planned(&scene).keys().all(|key| !key.has_extras()));
     }

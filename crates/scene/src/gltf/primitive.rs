@@ -57,7 +57,7 @@ pub(super) struct PrimitiveInput<'a> {
 
 /// A mesh, and warnings about its data.
 pub(super) struct PrimitiveMesh {
-    /// None without a triangle, a line or a point.
+    /// `None` if the primitive has no triangle, line or point.
     pub mesh: Option<Mesh>,
     pub warnings: Vec<String>,
 }
@@ -327,7 +327,7 @@ fn flat(mesh: Mesh) -> Mesh {
     flat
 }
 
-/// Points and lines of two indices each as strokes. Those without normals are unlit, so that any normal will do.
+/// Points and lines of two indices each as strokes. Primitives without normals are unlit, so they get an arbitrary normal.
 fn opened(mesh: Mesh) -> Mesh {
     let ends = mesh.indices.as_chunks::<2>().0;
     let vertices: Vec<u32> = ends.iter().flat_map(|own| STROKE_ENDS.map(|end| own[end])).collect();

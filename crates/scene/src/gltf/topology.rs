@@ -95,7 +95,7 @@ impl Topology {
     }
 }
 
-/// Those of so many corners each of which no corner is wild.
+/// The primitives of `N` corners whose indices are all valid.
 fn whole<const N: usize>(corners: &[u32], is_wild: impl Fn(&u32) -> bool) -> Vec<u32> {
     corners.as_chunks::<N>().0.iter().filter(|own| !own.iter().any(&is_wild)).flatten().copied().collect()
 }

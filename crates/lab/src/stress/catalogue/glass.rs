@@ -73,11 +73,11 @@ fn before_wall(mesh: MeshBuilder, material: Material, (transform, wall): (DAffin
     let upright = DAffine3::from_translation(DVec3::NEG_Z * 2.0) * DAffine3::from_rotation_x(90f64.to_radians());
     stage.place(wall, shining, scaled * upright);
     stage.place(body, own, scaled * transform);
-    // The light of an unlit wall is that of its corners.
+    // An unlit wall shines in the colours of its corners.
     let colors = [[1.0, 0.2, 0.1, 1.0], [0.2, 1.0, 0.3, 1.0], [0.1, 0.3, 1.0, 1.0], [0.8, 0.8, 0.2, 1.0]];
     stage.scene.meshes[wall].colors = (0..stage.scene.meshes[wall].positions.len()).map(|at| colors[at % 4]).collect();
     let camera = Camera::looking_at(DVec3::Z * 2.0 * size, DVec3::ZERO, DVec3::Y);
-    // No angle is so grazing that the far side mirrors much.
+    // A narrow view: at grazing angles the far side would mirror the wall.
     stage.scene.camera = Camera { near: 0.1 * size, projection: Projection::perspective(30.0), ..camera };
     let path = SettingsPatch {
         light_path: Some(LightPath::Loop),

@@ -57,7 +57,7 @@ pub enum Formula {
     Grooves,
     /// Light through a surface, times the cosine to the light.
     Through,
-    /// The same and the light that the surface reflects, of equal lights on either side.
+    /// Light through a surface plus reflected light, with an equal light on each side.
     Leaf,
 }
 
