@@ -341,6 +341,7 @@ impl Renderer {
                 seen_set: self.seen.as_ref().map(|seen| seen.set(self.next)),
                 reprojection: reprojection.as_ref(),
                 stale_maps: &stale_maps,
+                map: None,
                 between: &|| (),
                 sorted: frame.sorted.as_ref().map(SortedIndices::raw),
             },

@@ -1,5 +1,7 @@
 //! The parts that every kind of frame has: the images that it draws into, and its render passes with their framebuffers and clear values.
 
+use std::sync::Arc;
+
 use ash::vk;
 use glam::Vec3;
 
@@ -8,10 +10,11 @@ use super::list::{RenderPassName, SHADOW_PASS, StepList, Subpass};
 use super::render_pass::PassDescription;
 use super::rows::{Row, RowName, SyncKind};
 use crate::gpu::barrier::{self, ImageRange};
-use crate::gpu::{self, Device, RenderPass, Timestamps};
+use crate::gpu::{self, Device, Framebuffer, Owned, RenderPass, Timestamps, framebuffer};
+use crate::gpu_scene::ShadowAtlas;
 use crate::passes::background::background;
 use crate::passes::present;
-use crate::passes::{FrameContext, Pass, Slot};
+use crate::passes::{FrameContext, MapRecording, Pass, Slot};
 use crate::plan::{FramePlan, Target};
 use crate::targets::{Framebuffers, Targets};
 use crate::visible::World;
@@ -21,8 +24,7 @@ pub struct RenderPasses {
     pub targets: Targets,
     pub list: StepList,
     passes: Vec<DevicePass>,
-    /// SHADOW's, whose framebuffers are the pass's own.
-    shadow: Option<RenderPass>,
+    maps: Option<MapPass>,
     present: Option<PresentStage>,
 }
 
@@ -34,6 +36,13 @@ struct DevicePass {
     clears_some: bool,
     pass: RenderPass,
     framebuffers: Framebuffers,
+    clears: Vec<vk::ClearValue>,
+}
+
+/// The render pass of shadow maps on the device, with a framebuffer for each layer of theirs.
+struct MapPass {
+    pass: RenderPass,
+    layers: Vec<Framebuffer>,
     clears: Vec<vk::ClearValue>,
 }
 
@@ -50,7 +59,7 @@ impl RenderPasses {
     /// # Errors
     /// When the device lacks the memory or cannot compile a pipeline, or the list of passes and the rows contradict each other.
     pub fn new(parts: &BuildContext) -> gpu::Result<Self> {
-        let &BuildContext { device, plan, rows, world, swapchain, .. } = parts;
+        let &BuildContext { device, plan, rows, world, swapchain, atlas, .. } = parts;
         let list = StepList::of(plan);
         list.check(plan, rows)?;
         let targets = Targets::new(device, plan, |target| list.usage(plan, target))?;
@@ -67,7 +76,8 @@ impl RenderPasses {
             let clears_some = description.attachments.iter().any(|(_, own)| cleared(own));
             passes.push(DevicePass { name, pass, framebuffers, clears_some, clears: Vec::new(), targets: own });
         }
-        let shadow = PassDescription::named(plan, rows, SHADOW_PASS).map(|own| own.make(device)).transpose()?;
+        let maps = PassDescription::named(plan, rows, SHADOW_PASS).zip(atlas);
+        let maps = maps.map(|(own, atlas)| MapPass::new(device, &own, atlas)).transpose()?;
         let row = |name| rows.find(name).cloned();
         let rows = row(RowName::SWAPCHAIN_TO_PRESENT).zip(row(RowName::PRESENT_TO_SWAPCHAIN));
         let present = rows.map(|(before, after)| PresentStage {
@@ -76,7 +86,7 @@ impl RenderPasses {
             before,
             after,
         });
-        let mut made = Self { targets, list, passes, shadow, present };
+        let mut made = Self { targets, list, passes, maps, present };
         made.expose(plan, world);
         Ok(made)
     }
@@ -103,7 +113,7 @@ impl RenderPasses {
         let draws = |name: RenderPassName, subpasses: &[Subpass]| {
             let subpass = subpasses.iter().position(|own| own.passes.iter().any(|one| one.place == pass.place))?;
             let render_pass = match name {
-                SHADOW_PASS => self.shadow.as_ref()?.raw,
+                SHADOW_PASS => self.maps.as_ref()?.pass.raw,
                 _ => self.find(name)?.pass.raw,
             };
             Some(Slot { render_pass, subpass: subpass as u32 })
@@ -122,6 +132,18 @@ impl RenderPasses {
             .render_pass(made.pass.raw)
             .framebuffer(made.framebuffers.of(frame.image))
             .render_area(frame.area())
+            .clear_values(&made.clears);
+        Some(begin)
+    }
+
+    /// Returns the begin info of the render pass of shadow maps for one map, where the plan has maps.
+    pub fn begin_map(&self, map: &MapRecording) -> Option<vk::RenderPassBeginInfo<'_>> {
+        let made = self.maps.as_ref()?;
+        let layer = made.layers.get(map.view.tile.layer as usize)?;
+        let begin = vk::RenderPassBeginInfo::default()
+            .render_pass(made.pass.raw)
+            .framebuffer(layer.raw)
+            .render_area(map.area())
             .clear_values(&made.clears);
         Some(begin)
     }
@@ -148,6 +170,22 @@ impl RenderPasses {
     }
 }
 
+impl MapPass {
+    fn new(device: &Arc<Device>, description: &PassDescription, atlas: &ShadowAtlas) -> gpu::Result<Self> {
+        let pass = description.make(device)?;
+        let layer = |(index, view): (usize, &Owned<vk::ImageView>)| {
+            let name = format!("shadow framebuffer, layer {index}");
+            framebuffer(device, &name, pass.raw, &[view.raw], atlas.image.extent)
+        };
+        let layers = atlas.layers.iter().enumerate().map(layer).collect::<gpu::Result<_>>()?;
+        Ok(Self { pass, layers, clears: vec![NOTHING_THERE] })
+    }
+}
+
+/// Reversed depth: infinity.
+const NOTHING_THERE: vk::ClearValue =
+    vk::ClearValue { depth_stencil: vk::ClearDepthStencilValue { depth: 0.0, stencil: 0 } };
+
 /// Carries out a row that is a pipeline barrier on an image, where the plan has it.
 pub(super) fn image_barrier(device: &Device, cmd: vk::CommandBuffer, image: impl Into<ImageRange>, row: Option<&Row>) {
     if let Some(row) = row
@@ -163,10 +201,7 @@ fn clear_values(plan: &FramePlan, world: &World, targets: &[Target]) -> Vec<vk::
     targets
         .iter()
         .map(|&target| match target {
-            // Reversed Z: infinity.
-            Target::Depth | Target::Occluders => {
-                vk::ClearValue { depth_stencil: vk::ClearDepthStencilValue { depth: 0.0, stencil: 0 } }
-            }
+            Target::Depth | Target::Occluders => NOTHING_THERE,
             // Alpha of the sums is 1: no surface has covered anything yet.
             Target::Hdr | Target::Samples | Target::Output => color(background(plan, world, target)),
             // Half rough, and a direction in any encoding: see GEOMETRY.

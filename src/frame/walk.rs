@@ -1,5 +1,5 @@
 //! The objects of a plan's passes, and the walk that makes and records them in the order of the list ([`super::deferred`]). One function begins and ends
-//! render passes, and one records barriers; SHADOW and the passes after the picture do both themselves.
+//! render passes, and one records barriers; the passes after the picture do both themselves.
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ use crate::gpu::barrier::{self, ImageRange};
 use crate::gpu::{self, Buffer, Device, Image, Timestamps};
 use crate::gpu_scene::{CullingBuffers, GpuScene, PoseBuffer, ShadowAtlas, VisibilityLookup};
 use crate::passes::object::buffers;
-use crate::passes::{FrameContext, Making, Pass, PassObject, PassRecorder, Resource, SetLayouts};
+use crate::passes::{FrameContext, Making, MapRecording, Pass, PassObject, PassRecorder, Resource, SetLayouts};
 use crate::plan::FramePlan;
 use crate::visible::{Visible, World};
 
@@ -134,10 +134,7 @@ impl Frame {
         let steps = &self.render_passes.list.0;
         for (index, step) in steps.iter().enumerate() {
             match step {
-                // SHADOW begins and ends a render pass for each map that it draws anew.
-                Step::RenderPass(SHADOW_PASS, subpasses) => {
-                    subpasses.iter().flat_map(|own| &own.passes).for_each(|pass| self.pass(pass, frame, times));
-                }
+                Step::RenderPass(SHADOW_PASS, subpasses) => self.maps(frame, subpasses, times),
                 Step::RenderPass(name, subpasses) => self.render_pass(frame, (*name, subpasses), times),
                 Step::Commands(own) if own.pass.make.is_some() => {
                     // A pass of several steps stands twice, and the second time is about all steps but the first.
@@ -162,11 +159,36 @@ impl Frame {
         (name, subpasses): (RenderPassName, &[Subpass]),
         times: &mut Option<Timestamps>,
     ) {
+        let Some(begin) = self.render_passes.begin(frame, name) else { return };
+        self.subpasses(frame, (&begin, subpasses), times);
+    }
+
+    /// The render pass of shadow maps: once for each map that the frame draws anew, all of them with one time.
+    fn maps(&self, frame: &FrameContext, subpasses: &[Subpass], times: &mut Option<Timestamps>) {
+        let mut first = 0;
+        for draw in frame.stale_maps {
+            let Some(view) = &frame.visible.shadows[draw.map] else { continue };
+            let map = MapRecording { view, casters: &draw.casters, first };
+            if let Some(begin) = self.render_passes.begin_map(&map) {
+                self.subpasses(&FrameContext { map: Some(map), ..*frame }, (&begin, subpasses), &mut None);
+            }
+            first += draw.casters.len() as u32;
+        }
+        if let Some(last) = subpasses.iter().flat_map(|own| &own.passes).last() {
+            Timestamps::stamp(times, frame.cmd, last.time);
+        }
+    }
+
+    fn subpasses(
+        &self,
+        frame: &FrameContext,
+        (begin, subpasses): (&vk::RenderPassBeginInfo, &[Subpass]),
+        times: &mut Option<Timestamps>,
+    ) {
         let (gpu, cmd) = (&frame.device.raw, frame.cmd);
         let mut untimed = None;
-        let Some(begin) = self.render_passes.begin(frame, name) else { return };
         // SAFETY: `cmd` is being recorded outside a render pass; the pass was made of the same list, so that it has these subpasses.
-        unsafe { gpu.cmd_begin_render_pass(cmd, &begin, INLINE) };
+        unsafe { gpu.cmd_begin_render_pass(cmd, begin, INLINE) };
         for (index, subpass) in subpasses.iter().enumerate() {
             if index > 0 {
                 // SAFETY: the pass has this subpass next.

@@ -122,7 +122,7 @@ use crate::gpu_scene::{
 };
 use crate::plan::{FramePlan, IndexWidth, PresentTarget, Shading, Target, TexturePlan};
 use crate::shaders::Variant;
-use crate::visible::{MapDraw, Reprojection, Visible, World, WorldObject};
+use crate::visible::{Caster, MapDraw, Reprojection, ShadowView, Visible, World, WorldObject};
 
 /// Shaders read what the CPU wrote for their frame.
 pub const FRAME_READ: Use = Use::new(
@@ -281,6 +281,26 @@ pub struct SetLayouts {
     pub shadows: Option<vk::DescriptorSetLayout>,
 }
 
+/// A shadow map that is drawn anew.
+#[derive(Clone, Copy)]
+pub struct MapRecording<'a> {
+    pub view: &'a ShadowView,
+    pub casters: &'a [Caster],
+    /// The place of the first caster among the frame's.
+    pub first: u32,
+}
+
+impl MapRecording<'_> {
+    /// The map's part of its layer.
+    pub fn area(&self) -> vk::Rect2D {
+        let tile = self.view.tile;
+        vk::Rect2D {
+            offset: vk::Offset2D { x: tile.x as i32, y: tile.y as i32 },
+            extent: vk::Extent2D { width: tile.edge, height: tile.edge },
+        }
+    }
+}
+
 /// The frame that is being recorded, which every `record` needs.
 #[derive(Clone, Copy)]
 pub struct FrameContext<'a> {
@@ -315,6 +335,8 @@ pub struct FrameContext<'a> {
     pub reprojection: Option<&'a Reprojection>,
     /// Shadow maps that this frame draws anew.
     pub stale_maps: &'a [MapDraw],
+    /// The one that is being drawn, in the render pass of shadow maps.
+    pub map: Option<MapRecording<'a>>,
     /// Records the barrier between two steps of a pass that has several.
     pub between: &'a dyn Fn(),
     /// The frame's own index buffer with [`Visible::sorted_indices`], where the plan sorts triangles.

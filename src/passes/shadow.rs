@@ -1,4 +1,4 @@
-//! SHADOW: depth maps of lights, a render pass of its own for each that is to be drawn.
+//! SHADOW: depth maps of lights. Each map that is to be drawn has a render pass of its own.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -10,20 +10,15 @@ use glam::Vec4;
 use super::spirv::with_cells;
 use super::surface::textured_stages;
 use super::{
-    ContentsIfFirst, EARLY_DEPTH_WRITE, FrameContext, LATE_DEPTH_WRITE, MeshDraws, Pass, PassName, PassRecorder,
-    Presence, Resource, ResourceUse, Slot, UseKind, frame_data, meshes, needed,
+    ContentsIfFirst, EARLY_DEPTH_WRITE, FrameContext, LATE_DEPTH_WRITE, MapRecording, MeshDraws, Pass, PassName,
+    PassRecorder, Presence, Resource, ResourceUse, Slot, UseKind, frame_data, meshes, needed,
 };
-use crate::gpu::{
-    self, DepthState, Device, Framebuffer, GraphicsPipeline, GraphicsPipelineDesc, Owned, framebuffer, pipeline_layout,
-    sync::Use,
-};
-use crate::gpu_scene::{
-    ATLAS_LAYOUT, COLOR, GpuScene, HOLES, LOOK, POSITION, ROWS, SECOND_UV, ShadowAtlas, UV, vertex_input,
-};
+use crate::gpu::{self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, pipeline_layout, sync::Use};
+use crate::gpu_scene::{ATLAS_LAYOUT, COLOR, GpuScene, HOLES, LOOK, POSITION, ROWS, SECOND_UV, UV, vertex_input};
 use crate::plan::{DEPTH, Extras, ShadowPlan};
 use crate::scene::{AlphaMode, CastsShadow, TextureSlot};
 use crate::shaders::shadow::{self as shader, Flags, constants};
-use crate::visible::{Caster, ShadowView, World, WorldObject};
+use crate::visible::{Caster, World, WorldObject};
 
 /// Clears a map's square, before it is tested and drawn into.
 pub const MAP_CLEAR: Use = EARLY_DEPTH_WRITE;
@@ -47,8 +42,8 @@ pub const PASS: Pass = Pass {
     },
     leave_out: None,
     make: Some(|own| {
-        let (planned, atlas) = (own.needed(own.plan.shadow.as_ref())?, own.needed(own.atlas)?);
-        Ok(Box::new(ShadowPass::new(own.device, planned, atlas, own.slot()?, own.scene, own.world)?))
+        let planned = own.needed(own.plan.shadow.as_ref())?;
+        Ok(Box::new(ShadowPass::new(own.device, planned, own.slot()?, own.scene, own.world)?))
     }),
 };
 
@@ -107,10 +102,8 @@ impl CasterKey {
     }
 }
 
-/// The pass: a pipeline for each kind of caster, a framebuffer for each layer of the atlas.
+/// The pass: a pipeline for each kind of caster.
 pub struct ShadowPass {
-    render_pass: vk::RenderPass,
-    framebuffers: Vec<Framebuffer>,
     plain_layout: Owned<vk::PipelineLayout>,
     /// For casters with holes of a texture, where the scene has some.
     masked_layout: Option<Owned<vk::PipelineLayout>>,
@@ -137,16 +130,10 @@ impl ShadowPass {
     pub fn new(
         device: &Arc<Device>,
         plan: &ShadowPlan,
-        atlas: &ShadowAtlas,
         slot: Slot,
         scene: &GpuScene,
         world: &World,
     ) -> gpu::Result<Self> {
-        let layer = |(index, view): (usize, &Owned<vk::ImageView>)| {
-            let name = format!("shadow framebuffer, layer {index}");
-            framebuffer(device, &name, slot.render_pass, &[view.raw], atlas.image.extent)
-        };
-        let framebuffers = atlas.layers.iter().enumerate().map(layer).collect::<gpu::Result<_>>()?;
         let range = vk::PushConstantRange { stage_flags: PUSH_STAGES, offset: 0, size: size_of::<ShadowPush>() as u32 };
         let plain_layout = pipeline_layout(device, "shadow layout", &[], &[range])?;
         let holes = scene.materials.as_ref().and_then(|materials| materials.layout(HOLES));
@@ -154,8 +141,6 @@ impl ShadowPass {
         let holes = holes.filter(|_| world.objects.iter().any(|object| CasterKey::of(object, plan.clamp).masked));
         let layout = |holes| pipeline_layout(device, "masked shadow layout", &[holes], &[range]);
         let mut shadow = Self {
-            render_pass: slot.render_pass,
-            framebuffers,
             plain_layout,
             masked_layout: holes.map(layout).transpose()?,
             pipelines: BTreeMap::new(),
@@ -189,38 +174,8 @@ impl ShadowPass {
         }
     }
 
-    /// Begins the render pass over a map's square, draws the casters, ends it.
-    fn record_map(&self, recording: &FrameContext, view: &ShadowView, casters: (&[Caster], u32)) {
-        let tile = view.tile;
-        let area = vk::Rect2D {
-            offset: vk::Offset2D { x: tile.x as i32, y: tile.y as i32 },
-            extent: vk::Extent2D { width: tile.edge, height: tile.edge },
-        };
-        // Reversed depth: nothing is there.
-        let clear = vk::ClearValue { depth_stencil: vk::ClearDepthStencilValue { depth: 0.0, stencil: 0 } };
-        let begin = vk::RenderPassBeginInfo::default()
-            .render_pass(self.render_pass)
-            .framebuffer(self.framebuffers[tile.layer as usize].raw)
-            .render_area(area)
-            .clear_values(std::slice::from_ref(&clear));
-        // SAFETY: `cmd` is being recorded outside a render pass; pass and framebuffer belong together, and the area lies in it.
-        unsafe {
-            recording.device.raw.cmd_begin_render_pass(recording.cmd, &begin, vk::SubpassContents::INLINE);
-        }
-        recording.set_rectangle(area);
-        // ANCHOR: slope-bias
-        // Reversed depth: farther from the light is less.
-        let slope_bias = -recording.world.shadows.slope_bias * self.bias_scale;
-        // SAFETY: depth bias is dynamic in every pipeline of the pass.
-        unsafe { recording.device.raw.cmd_set_depth_bias(recording.cmd, 0.0, 0.0, slope_bias) };
-        // ANCHOR_END: slope-bias
-        self.draw(recording, view, casters);
-        // SAFETY: begun above.
-        unsafe { recording.device.raw.cmd_end_render_pass(recording.cmd) };
-    }
-
-    /// `first` is the place of the first caster among the frame's.
-    fn draw(&self, recording: &FrameContext, view: &ShadowView, (casters, mut first): (&[Caster], u32)) {
+    fn draw(&self, recording: &FrameContext, map: &MapRecording) {
+        let &MapRecording { view, casters, mut first } = map;
         // The streams that some caster needs are bound at once: a draw without holes fetches positions alone.
         let keys = casters.iter().map(|own| CasterKey::of(&recording.world.objects[own.object], false));
         let streams: BTreeSet<u32> = keys.flat_map(|key| inputs(key).iter().copied()).collect();
@@ -258,15 +213,17 @@ impl ShadowPass {
 }
 
 impl PassRecorder for ShadowPass {
-    /// Draws the maps that the frame has to draw anew.
+    /// Draws one map, in its render pass.
     fn record(&self, recording: &FrameContext) {
-        let mut first = 0;
-        for draw in recording.stale_maps {
-            if let Some(view) = &recording.visible.shadows[draw.map] {
-                self.record_map(recording, view, (&draw.casters, first));
-                first += draw.casters.len() as u32;
-            }
-        }
+        let Some(map) = &recording.map else { return };
+        recording.set_rectangle(map.area());
+        // ANCHOR: slope-bias
+        // Reversed depth: farther from the light is less.
+        let slope_bias = -recording.world.shadows.slope_bias * self.bias_scale;
+        // SAFETY: depth bias is dynamic in every pipeline of the pass.
+        unsafe { recording.device.raw.cmd_set_depth_bias(recording.cmd, 0.0, 0.0, slope_bias) };
+        // ANCHOR_END: slope-bias
+        self.draw(recording, map);
     }
 }
 
