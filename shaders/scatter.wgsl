@@ -148,7 +148,7 @@ fn suns_in(piece: Piece) -> vec3<f32> {
         var strength = phase(piece.direction, to_light, frame.air.anisotropy);
 #ifdef SHADOW
         if DIRECTIONAL_SHADOWS {
-            strength *= visibility(lights[i].falloff, piece.position, vec3(0.0), to_light, SHADOW_FILTER);
+            strength *= visibility(lights[i].falloff, piece.position, vec3(0.0), to_light, SHADOW_FILTER).x;
         }
 #endif
         radiance += min(lights[i].color, vec3(BRIGHTEST)) * strength;
@@ -169,7 +169,7 @@ fn lamp_in(light: Light, piece: Piece) -> vec3<f32> {
     }
 #ifdef SHADOW
     if PUNCTUAL_SHADOWS {
-        strength *= visibility(light.falloff, piece.position, vec3(0.0), reach.to_light, SHADOW_FILTER);
+        strength *= visibility(light.falloff, piece.position, vec3(0.0), reach.to_light, SHADOW_FILTER).x;
     }
 #endif
     return min(light.color, vec3(BRIGHTEST)) * strength;

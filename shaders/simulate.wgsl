@@ -121,6 +121,7 @@ fn scattered(position: vec3<f32>, ambient: vec3<f32>) -> vec3<f32> {
         let light = lights[i];
         var to_light = light.position;
         var strength = 1.0;
+        var arrives = vec3(1.0);
         if i >= frame.directional_count {
             let reach = reach_of(light, position, FALLOFF, TRAITS);
             to_light = reach.to_light;
@@ -130,10 +131,10 @@ fn scattered(position: vec3<f32>, ambient: vec3<f32>) -> vec3<f32> {
         let casts = select(PUNCTUAL_SHADOWS, DIRECTIONAL_SHADOWS, i < frame.directional_count);
         if casts && strength > 0.0 {
             // The shadow on a surface that faces the light.
-            strength *= visibility(light.falloff, position, to_light, to_light, SHADOW_FILTER);
+            arrives = visibility(light.falloff, position, to_light, to_light, SHADOW_FILTER);
         }
 #endif
-        radiance += light.color * (strength / (4.0 * PI));
+        radiance += light.color * (strength * arrives / (4.0 * PI));
     }
 #endif
     return radiance;

@@ -216,7 +216,7 @@ fn reaches(i: u32, position: vec3<f32>, model: Model) -> bool {
 
 // The light that light number `i` brings to a surface that faces it.
 fn lit(i: u32, reach: Reach, n_dot_l: f32, surface: Surface, texel: Texel, model: Model) -> vec3<f32> {
-    var share = reach.strength * n_dot_l;
+    var share = vec3(reach.strength * n_dot_l);
 #ifdef SHADOW
     if model.punctual_shadows && texel.receives {
         share *= visibility(lights[i].falloff, texel.position, lit_side(texel, n_dot_l), reach.to_light, model.shadow_filter);

@@ -2,6 +2,7 @@
 // near the light and 0 where nothing was drawn. Texels are fetched and compared by hand, because depth formats need not filter.
 #define_import_path afterlight::shadows
 #import afterlight::frame::{frame, ORTHOGRAPHIC}
+#import afterlight::tints::{depth_of, from_half, nearness}
 
 // The most maps that there are.
 const SHADOW_VIEWS: u32 = 128u; // host
@@ -28,6 +29,8 @@ struct ShadowView {
 
 @group(2) @binding(0) var shadow_atlas: texture_depth_2d_array;
 @group(2) @binding(1) var<uniform> shadow_views: array<ShadowView, SHADOW_VIEWS>;
+// Looked up where the filter's code says so; else it is the atlas once more.
+@group(2) @binding(2) var shadow_tints: texture_2d_array<f32>;
 
 // SHADOW_FILTER in the passes.
 const NO_FILTER: u32 = 0u; // host
@@ -36,6 +39,8 @@ const BOX_THREE: u32 = 2u; // host
 const BOX_FIVE: u32 = 3u; // host
 const POISSON: u32 = 4u; // host
 const PCSS: u32 = 5u; // host
+// Added to the filter: what transparent surfaces let through counts, too.
+const TINTED: u32 = 8u; // host
 
 // A light's view of the scene: bits 2 and 3 of its record's `falloff`, 0 for a light without a map. Bits 4 to 11 are its first map, the others its
 // number of maps. `ShadowPlan::code` in src/plan/shadows.rs packs them.
@@ -85,10 +90,33 @@ fn map_point(view: ShadowView, position: vec3<f32>, normal: vec3<f32>) -> MapPoi
     return MapPoint(uv, depth, w, select(slope, vec2(0.0), abs(area) * step * step < 0.005));
 }
 
+// Never a texel of another map.
+fn inside(view: ShadowView, texel: vec2<f32>) -> vec2<i32> {
+    return vec2<i32>(clamp(texel, view.low, view.low + (view.edge - 1.0)));
+}
+
 fn stored_depth(view: ShadowView, texel: vec2<f32>) -> f32 {
-    // Never a texel of another map.
-    let inside = clamp(texel, view.low, view.low + (view.edge - 1.0));
-    return textureLoad(shadow_atlas, vec2<i32>(inside), i32(view.layer), 0);
+    return textureLoad(shadow_atlas, inside(view, texel), i32(view.layer), 0);
+}
+
+fn is_perspective(view: ShadowView) -> bool {
+    return any(view.w.xyz != vec3(0.0));
+}
+
+fn stored_tint(view: ShadowView, texel: vec2<f32>) -> vec4<f32> {
+    return textureLoad(shadow_tints, inside(view, texel), i32(view.layer), 0);
+}
+
+// The share of light that transparent surfaces leave to a depth.
+fn tint_before(view: ShadowView, depth: f32, texel: vec2<f32>) -> vec3<f32> {
+    let stored = stored_tint(view, texel);
+    return select(vec3(1.0), stored.rgb, nearness(depth, is_perspective(view)) < from_half(stored.a));
+}
+
+// The depth of the transparent surface that is nearest to the light; less than any depth where there is none.
+fn tinting_depth(view: ShadowView, texel: vec2<f32>) -> f32 {
+    let near = from_half(stored_tint(view, texel).a);
+    return select(-1.0, depth_of(near, is_perspective(view)), near > 0.0);
 }
 
 // The depth of a point's plane in the middle of a texel.
@@ -97,25 +125,31 @@ fn plane_depth(at: MapPoint, texel: vec2<f32>) -> f32 {
 }
 
 // ANCHOR: is-lit
-fn is_lit(view: ShadowView, at: MapPoint, texel: vec2<f32>) -> f32 {
-    return select(0.0, 1.0, plane_depth(at, texel) >= stored_depth(view, texel));
+// The share of light that reaches the plane in a texel.
+fn lit_share(view: ShadowView, at: MapPoint, texel: vec2<f32>, tinted: bool) -> vec3<f32> {
+    let depth = plane_depth(at, texel);
+    var share = vec3(select(0.0, 1.0, depth >= stored_depth(view, texel)));
+    if tinted {
+        share *= tint_before(view, depth, texel);
+    }
+    return share;
 }
 // ANCHOR_END: is-lit
 
 // Percentage-closer filtering (Reeves et al. 1987) over a square of texels, the outer ones weighted by how much of them the square
 // covers, so that the edge slides instead of stepping. Two texels a side is bilinear filtering.
-fn box_filter(view: ShadowView, at: MapPoint, texels: i32) -> f32 {
+fn box_filter(view: ShadowView, at: MapPoint, texels: i32, tinted: bool) -> vec3<f32> {
     let width = f32(texels - 1);
     let start = at.uv - width * 0.5;
     let first = floor(start);
     let f = start - first;
-    var sum = 0.0;
+    var sum = vec3(0.0);
     for (var y = 0; y < texels; y++) {
         let weight_y = select(select(1.0, f.y, y == texels - 1), 1.0 - f.y, y == 0);
-        var row = 0.0;
+        var row = vec3(0.0);
         for (var x = 0; x < texels; x++) {
             let weight_x = select(select(1.0, f.x, x == texels - 1), 1.0 - f.x, x == 0);
-            row += weight_x * is_lit(view, at, first + vec2(f32(x), f32(y)));
+            row += weight_x * lit_share(view, at, first + vec2(f32(x), f32(y)), tinted);
         }
         sum += weight_y * row;
     }
@@ -139,21 +173,21 @@ fn turned(point: vec2<f32>, turn: vec2<f32>) -> vec2<f32> {
     return vec2(point.x * turn.x - point.y * turn.y, point.x * turn.y + point.y * turn.x);
 }
 
-fn disc_filter(view: ShadowView, at: MapPoint, turn: vec2<f32>, radius: f32) -> f32 {
-    var sum = 0.0;
+fn disc_filter(view: ShadowView, at: MapPoint, turn: vec2<f32>, radius: f32, tinted: bool) -> vec3<f32> {
+    var sum = vec3(0.0);
     for (var i = 0; i < DISC_POINTS; i++) {
         let offset = turned(disc_point(i), turn) * radius;
         let texel = floor(at.uv + offset);
-        sum += is_lit(view, at, texel);
+        sum += lit_share(view, at, texel, tinted);
     }
     return sum / f32(DISC_POINTS);
 }
 
 // Percentage-closer soft shadows (Fernando 2005): blockers are searched for, and the disc is as wide as the penumbra that the
 // light's size and their mean distance make. `most` bounds both discs, in texels.
-fn soft_filter(view: ShadowView, at: MapPoint, turn: vec2<f32>, most: f32) -> f32 {
+fn soft_filter(view: ShadowView, at: MapPoint, turn: vec2<f32>, most: f32, tinted: bool) -> vec3<f32> {
     // The map is perspective where w changes with the place.
-    let perspective = any(view.w.xyz != vec3(0.0));
+    let perspective = is_perspective(view);
     let texel = view.texel * at.w;
     // As wide as the penumbra of the farthest blocker that there can be; near a lamp that has no bound, so a third of the way to the
     // lamp is as near to it as blockers are looked for.
@@ -165,14 +199,19 @@ fn soft_filter(view: ShadowView, at: MapPoint, turn: vec2<f32>, most: f32) -> f3
     for (var i = 0; i < DISC_POINTS; i++) {
         let offset = turned(disc_point(i), turn) * search;
         let place = floor(at.uv + offset);
-        let stored = stored_depth(view, place);
-        if stored > plane_depth(at, place) {
+        let depth = plane_depth(at, place);
+        var stored = stored_depth(view, place);
+        if tinted && stored <= depth {
+            // A transparent surface makes a penumbra, too.
+            stored = max(stored, tinting_depth(view, place));
+        }
+        if stored > depth {
             sum += stored;
             count += 1.0;
         }
     }
     if count == 0.0 {
-        return 1.0;
+        return vec3(1.0);
     }
     let blocker = sum / count;
     var penumbra = 0.0;
@@ -183,15 +222,15 @@ fn soft_filter(view: ShadowView, at: MapPoint, turn: vec2<f32>, most: f32) -> f3
     } else {
         penumbra = (blocker - at.depth) * range * view.light_size;
     }
-    return disc_filter(view, at, turn, clamp(penumbra / texel, 1.0, most));
+    return disc_filter(view, at, turn, clamp(penumbra / texel, 1.0, most), tinted);
 }
 
-// Share of light in one map.
-fn visibility_in(view: ShadowView, position: vec3<f32>, normal: vec3<f32>, chosen: u32) -> f32 {
+// Share of light in one map. `chosen`: the filter.
+fn visibility_in(view: ShadowView, position: vec3<f32>, normal: vec3<f32>, chosen: u32) -> vec3<f32> {
     // Lit behind the light, and where there is no map to look up.
     let w = dot(view.w, vec4(position, 1.0));
     if view.edge <= 0.0 || w <= 0.0 {
-        return 1.0;
+        return vec3(1.0);
     }
     // In texels at that place, so that the same scene in another unit has the same shadows.
     // ANCHOR: normal-offset
@@ -199,23 +238,24 @@ fn visibility_in(view: ShadowView, position: vec3<f32>, normal: vec3<f32>, chose
     let at = map_point(view, moved, normal);
     // ANCHOR_END: normal-offset
     if any(at.uv < view.low) || any(at.uv > view.low + view.edge) || at.depth <= 0.0 {
-        return 1.0;
+        return vec3(1.0);
     }
-    switch chosen {
-        case NO_FILTER: { return is_lit(view, at, floor(at.uv)); }
-        case BOX_TWO: { return box_filter(view, at, 2); }
-        case BOX_FIVE: { return box_filter(view, at, 5); }
+    let tinted = (chosen & TINTED) != 0u;
+    switch chosen & 7u {
+        case NO_FILTER: { return lit_share(view, at, floor(at.uv), tinted); }
+        case BOX_TWO: { return box_filter(view, at, 2, tinted); }
+        case BOX_FIVE: { return box_filter(view, at, 5, tinted); }
         case POISSON: {
-            return disc_filter(view, at, disc_turn(position), 2.5);
+            return disc_filter(view, at, disc_turn(position), 2.5, tinted);
         }
         case PCSS: {
             if view.light_size > 0.0 {
                 let most = clamp(view.edge / 24.0, 2.5, 64.0);
-                return soft_filter(view, at, disc_turn(position), most);
+                return soft_filter(view, at, disc_turn(position), most, tinted);
             }
-            return box_filter(view, at, 3);
+            return box_filter(view, at, 3, tinted);
         }
-        default: { return box_filter(view, at, 3); }
+        default: { return box_filter(view, at, 3, tinted); }
     }
 }
 
@@ -232,10 +272,10 @@ fn cube_face(direction: vec3<f32>) -> u32 {
 }
 
 // Share of a light that reaches a point. `code` is the light's `falloff`, `to_light` a unit vector, `chosen` the filter.
-fn visibility(code: u32, position: vec3<f32>, normal: vec3<f32>, to_light: vec3<f32>, chosen: u32) -> f32 {
+fn visibility(code: u32, position: vec3<f32>, normal: vec3<f32>, to_light: vec3<f32>, chosen: u32) -> vec3<f32> {
     let kind = (code >> 2u) & 3u;
     if kind == 0u {
-        return 1.0;
+        return vec3(1.0);
     }
     var index = (code >> 4u) & 255u;
     if kind != CASCADES {

@@ -5,7 +5,7 @@
 #import afterlight::texel::{Texel}
 #ifdef SHADOW
 #import afterlight::brdf::{ggx_lobe, half_vector, smith_root}
-#import afterlight::shadows::{shadow_views, visibility_in, BOX_TWO}
+#import afterlight::shadows::{shadow_views, visibility_in}
 #endif
 
 // Radiance mirrored by a lobe about a direction: level 0 of a mirror, the last of a roughness of 1. In units of frame.sky_scale.
@@ -61,6 +61,8 @@ fn collected(surface: Surface, perceptual_roughness: f32) -> Collected {
 // The directions that the sky's light arrives from in this frame, each with a shadow map from the first on; 0 where nothing hides any of it.
 override SKY_SHADOWS: u32 = 0u;
 override SKY_MAP: u32 = 0u;
+// Edges of many shadows blur each other: of all filters the smallest that interpolates errs least from 8 frames on (docs/SKY.md). Its code says whether they are tinted.
+override SKY_FILTER: u32 = 1u;
 // Mirrored light has shadows as well. Off beside screen-space reflections, which replace that light by what their rays hit.
 override SKY_LOBE_SHADOWS: bool = true;
 
@@ -79,7 +81,7 @@ struct SkyDirection {
 
 // The shares that arrive at the surface which is lit: of light collected by the cosine, channel by channel, and of its lobe's light.
 var<private> arrived_share: vec3<f32> = vec3(1.0);
-var<private> arrived_lobe: f32 = 1.0;
+var<private> arrived_lobe: vec3<f32> = vec3(1.0);
 
 // Finds these shares from the directions of this frame, weighted by the light that each brings. Their sum itself would be an estimate without bias, and vary from frame to
 // frame where nothing is hidden, too; a share is exact there, and errs by a part in the number of directions elsewhere. A lobe may be far narrower than the directions lie
@@ -88,7 +90,7 @@ fn find_shares(surface: Surface, brdf: u32, texel: Texel) {
     var base = vec3(0.0);
     var sum = vec3(0.0);
     var weights = 0.0;
-    var met = 0.0;
+    var met = vec3(0.0);
     let alpha_squared = max(surface.alpha_squared, WIDEST_OF_NARROW);
     for (var i = 0u; i < SKY_SHADOWS; i++) {
         let own = sky_directions[i];
@@ -96,10 +98,9 @@ fn find_shares(surface: Surface, brdf: u32, texel: Texel) {
         if n_dot_l <= 0.0 {
             continue;
         }
-        var seen = 1.0;
+        var seen = vec3(1.0);
         if texel.receives {
-            // Edges of many shadows blur each other: of all filters the smallest that interpolates errs least from 8 frames on (docs/SKY.md).
-            seen = visibility_in(shadow_views[SKY_MAP + i], texel.position, texel.geometric_normal, BOX_TWO);
+            seen = visibility_in(shadow_views[SKY_MAP + i], texel.position, texel.geometric_normal, SKY_FILTER);
         }
         base += own.lux * (n_dot_l * seen);
         sum += own.lux * n_dot_l;
@@ -112,7 +113,7 @@ fn find_shares(surface: Surface, brdf: u32, texel: Texel) {
         }
     }
     arrived_share = select(vec3(1.0), base / sum, sum > vec3(0.0));
-    arrived_lobe = select(1.0, met / weights, weights > 0.0);
+    arrived_lobe = select(vec3(1.0), met / weights, weights > 0.0);
 }
 #endif
 
@@ -169,9 +170,9 @@ fn even_sky_behind(normal: vec3<f32>, texel: Texel) -> vec3<f32> {
         if cosine <= 0.0 {
             continue;
         }
-        var seen = 1.0;
+        var seen = vec3(1.0);
         if texel.receives {
-            seen = visibility_in(shadow_views[SKY_MAP + i], texel.position, -texel.geometric_normal, BOX_TWO);
+            seen = visibility_in(shadow_views[SKY_MAP + i], texel.position, -texel.geometric_normal, SKY_FILTER);
         }
         base += own.lux * (cosine * seen);
         sum += own.lux * cosine;
@@ -183,11 +184,11 @@ fn even_sky_behind(normal: vec3<f32>, texel: Texel) -> vec3<f32> {
 #endif
 
 // The share of a lobe's light of the sky that arrives. After `sky_light`, which finds it.
-fn lobe_share() -> f32 {
+fn lobe_share() -> vec3<f32> {
 #ifdef SHADOW
     return arrived_lobe;
 #else
-    return 1.0;
+    return vec3(1.0);
 #endif
 }
 

@@ -84,8 +84,8 @@ impl RendererBuilder {
     pub(super) fn finish(self, swapchain: &[vk::ImageView]) -> Result<Renderer, Error> {
         let Self { device, plan, settings, rows, world, scene } = self;
         let frame_layout = view_set_layout(&device, &plan)?;
-        let atlas = match (&plan.shadow, rows.clear_order()) {
-            (Some(shadow), Some(order)) => Some(ShadowAtlas::new(&device, shadow, IN_FLIGHT, order)?),
+        let atlas = match (&plan.shadow, rows.clear_orders()) {
+            (Some(shadow), Some(orders)) => Some(ShadowAtlas::new(&device, shadow, IN_FLIGHT, orders)?),
             _ => None,
         };
         let deforms = &plan.meshes.deforms;

@@ -54,8 +54,8 @@ impl fmt::Display for RenderPassName {
 pub(super) enum OrderEntry {
     /// Passes that draw in one subpass, which has the name of the first argument.
     Draw(&'static Pass, &'static [&'static Pass]),
-    /// A pass that draws into images of another size: a render pass of its own.
-    DrawApart(&'static Pass),
+    /// Passes that draw into images of another size, in a subpass each: a render pass of their own.
+    DrawApart(&'static [&'static Pass]),
     /// A pass outside of render passes.
     Run(&'static Pass),
     /// A pass outside of render passes, left out of frames in which deformed objects have the pose that they had in the frame before.
@@ -117,7 +117,7 @@ pub struct StepList(pub Vec<Step>);
 /// A line of the order in a plan's frames.
 enum Planned {
     Drawn(Subpass),
-    DrawnApart(Subpass),
+    DrawnApart(Vec<Subpass>),
     Recorded(Step),
     Split,
 }
@@ -140,8 +140,9 @@ pub(super) fn steps(plan: &FramePlan) -> Vec<Step> {
                 }
                 true
             }
-            Planned::DrawnApart(subpass) => {
-                steps.push(Step::RenderPass(RenderPassName(subpass.place), vec![subpass]));
+            Planned::DrawnApart(subpasses) => {
+                let name = subpasses.first().map(|own| RenderPassName(own.place));
+                steps.extend(name.map(|name| Step::RenderPass(name, subpasses)));
                 false
             }
             Planned::Recorded(step) => {
@@ -159,7 +160,8 @@ impl OrderEntry {
     fn passes(&self) -> Vec<&'static Pass> {
         match *self {
             Self::Draw(_, passes) => passes.to_vec(),
-            Self::DrawApart(pass) | Self::Run(pass) | Self::RunPosed(pass) => vec![pass],
+            Self::DrawApart(passes) => passes.to_vec(),
+            Self::Run(pass) | Self::RunPosed(pass) => vec![pass],
             Self::SplitIf(_) => Vec::new(),
         }
     }
@@ -167,7 +169,10 @@ impl OrderEntry {
     fn planned(&self, plan: &FramePlan) -> Option<Planned> {
         match *self {
             Self::Draw(place, passes) => subpass(plan, place.place, passes).map(Planned::Drawn),
-            Self::DrawApart(pass) => subpass(plan, pass.place, &[pass]).map(Planned::DrawnApart),
+            Self::DrawApart(passes) => {
+                let drawn: Vec<_> = passes.iter().filter_map(|&pass| subpass(plan, pass.place, &[pass])).collect();
+                (!drawn.is_empty()).then_some(Planned::DrawnApart(drawn))
+            }
             Self::Run(pass) => commands(plan, Condition::Always, pass, &[], &[]).map(Planned::Recorded),
             Self::RunPosed(pass) => commands(plan, Condition::Posed, pass, &[], &[]).map(Planned::Recorded),
             Self::SplitIf(parts) => parts(plan).then_some(Planned::Split),

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::list::{RenderPassName, StepList, Subpass as Listed};
-use super::rows::{Row, Rows, SyncKind};
+use super::rows::{self, Row, Rows, SyncKind};
 use crate::gpu::{self, Device, RenderPass, SubpassDesc};
 use crate::passes::{PassName, Resource, ResourceUse, UseKind, shadow};
 use crate::plan::{FramePlan, Target};
@@ -131,8 +131,7 @@ impl PassDescription {
     fn of(plan: &FramePlan, rows: &Rows, list: &StepList, (name, listed): (RenderPassName, &[Listed])) -> Self {
         let draws_maps = listed.iter().any(|own| own.place == shadow::PASS.place);
         let attachments: Vec<_> = match draws_maps {
-            // A square of a layer that has others: it is readable before and after.
-            true => vec![(Resource::ShadowMaps, shadow::attachment())],
+            true => rows::shadow::attachments(plan),
             false => {
                 let targets = list.attachments(plan, name).into_iter();
                 targets.map(|(target, description)| (Resource::Target(target), description)).collect()

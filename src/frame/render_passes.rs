@@ -10,7 +10,7 @@ use super::list::{RenderPassName, SHADOW_PASS, StepList, Subpass};
 use super::render_pass::PassDescription;
 use super::rows::{Row, RowName, SyncKind};
 use crate::gpu::barrier::{self, ImageRange};
-use crate::gpu::{self, Device, Framebuffer, Owned, RenderPass, Timestamps, framebuffer};
+use crate::gpu::{self, Device, Framebuffer, RenderPass, Timestamps, framebuffer};
 use crate::gpu_scene::ShadowAtlas;
 use crate::passes::background::background;
 use crate::passes::present;
@@ -173,18 +173,14 @@ impl RenderPasses {
 impl MapPass {
     fn new(device: &Arc<Device>, description: &PassDescription, atlas: &ShadowAtlas) -> gpu::Result<Self> {
         let pass = description.make(device)?;
-        let layer = |(index, view): (usize, &Owned<vk::ImageView>)| {
+        let layer = |index: usize| {
             let name = format!("shadow framebuffer, layer {index}");
-            framebuffer(device, &name, pass.raw, &[view.raw], atlas.image.extent)
+            framebuffer(device, &name, pass.raw, &atlas.layer(index), atlas.maps.image.extent)
         };
-        let layers = atlas.layers.iter().enumerate().map(layer).collect::<gpu::Result<_>>()?;
-        Ok(Self { pass, layers, clears: vec![NOTHING_THERE] })
+        let layers = (0..atlas.maps.layers.len()).map(layer).collect::<gpu::Result<_>>()?;
+        Ok(Self { pass, layers, clears: atlas.clears() })
     }
 }
-
-/// Reversed depth: infinity.
-const NOTHING_THERE: vk::ClearValue =
-    vk::ClearValue { depth_stencil: vk::ClearDepthStencilValue { depth: 0.0, stencil: 0 } };
 
 /// Carries out a row that is a pipeline barrier on an image, where the plan has it.
 pub(super) fn image_barrier(device: &Device, cmd: vk::CommandBuffer, image: impl Into<ImageRange>, row: Option<&Row>) {
@@ -201,7 +197,10 @@ fn clear_values(plan: &FramePlan, world: &World, targets: &[Target]) -> Vec<vk::
     targets
         .iter()
         .map(|&target| match target {
-            Target::Depth | Target::Occluders => NOTHING_THERE,
+            // Reversed Z: infinity.
+            Target::Depth | Target::Occluders => {
+                vk::ClearValue { depth_stencil: vk::ClearDepthStencilValue { depth: 0.0, stencil: 0 } }
+            }
             // Alpha of the sums is 1: no surface has covered anything yet.
             Target::Hdr | Target::Samples | Target::Output => color(background(plan, world, target)),
             // Half rough, and a direction in any encoding: see GEOMETRY.

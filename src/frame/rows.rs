@@ -27,7 +27,7 @@ mod masks;
 mod prefilter;
 mod presentation;
 mod renamed;
-mod shadow;
+pub(super) mod shadow;
 pub mod unreported_mutants;
 mod uploads;
 mod waits;

@@ -168,7 +168,7 @@ impl Frame {
         let mut first = 0;
         for draw in frame.stale_maps {
             let Some(view) = &frame.visible.shadows[draw.map] else { continue };
-            let map = MapRecording { view, casters: &draw.casters, first };
+            let map = MapRecording::of(frame.world, draw, view, first);
             if let Some(begin) = self.render_passes.begin_map(&map) {
                 self.subpasses(&FrameContext { map: Some(map), ..*frame }, (&begin, subpasses), &mut None);
             }

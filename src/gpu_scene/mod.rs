@@ -22,7 +22,7 @@ pub use instances::Instances;
 pub use material::{HOLES, Materials, OWN_SAMPLERS, SAMPLER, SetForm};
 pub use records::{FrameUniform, LightRecord};
 pub use seen::{LOOK_UP, VisibilityLookup};
-pub use shadows::{ATLAS_LAYOUT, ClearOrder, ShadowAtlas, clear as shadow_clear};
+pub use shadows::{clear as shadow_clear, *};
 pub use sheets::Sheets;
 pub use sky::{BASE_EDGE, LOBE_EDGE, LOBE_LEVELS, SKY_READ, SkyMaps, TABLE_EDGE};
 pub use sorted::SortedIndices;

@@ -44,8 +44,13 @@ const _: () = {
 
 /// Layout of the atlas whenever no map is being drawn.
 pub const ATLAS_LAYOUT: vk::ImageLayout = vk::ImageLayout::DEPTH_STENCIL_READ_ONLY_OPTIMAL;
+/// The same of the tints.
+pub const TINT_LAYOUT: vk::ImageLayout = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
 
-/// The barriers around the atlas's first clear.
+/// All light passes, and no surface is near to it.
+const NOTHING_TINTED: [f32; 4] = [1.0, 1.0, 1.0, 0.0];
+
+/// The barriers around an image's first clear.
 #[derive(Debug, Clone, Copy)]
 pub struct ClearOrder {
     /// The layout change of the new image, before the clear.
@@ -54,15 +59,65 @@ pub struct ClearOrder {
     pub look_up: Dependency,
 }
 
-/// The image of all maps, and a set for each frame in flight: binding 0 the image, binding 1 the lights' parts of it.
+/// The same of all images.
+#[derive(Debug, Clone, Copy)]
+pub struct ClearOrders {
+    pub maps: ClearOrder,
+    /// Where there are some.
+    pub tints: Option<ClearOrder>,
+}
+
+/// The image of all maps, and a set for each frame in flight: binding 0 the image, binding 1 the lights' parts of it, binding 2 their tints.
 pub struct ShadowAtlas {
+    pub maps: LayeredImage,
+    /// Beside each map, where transparent surfaces cast shadows.
+    pub tints: Option<LayeredImage>,
+    pub set_layout: Owned<vk::DescriptorSetLayout>,
+    frames: Vec<(Buffer, vk::DescriptorSet)>,
+    _pool: DescriptorPool,
+}
+
+/// An image with a layer for each of the atlas.
+pub struct LayeredImage {
     pub image: Image,
     /// Of one layer each, to draw into.
     pub layers: Vec<Owned<vk::ImageView>>,
-    pub set_layout: Owned<vk::DescriptorSetLayout>,
-    frames: Vec<(Buffer, vk::DescriptorSet)>,
-    _array: Owned<vk::ImageView>,
-    _pool: DescriptorPool,
+    /// Of all, also where there is but one.
+    array: Owned<vk::ImageView>,
+}
+
+impl LayeredImage {
+    /// Cleared, and in the layout in which it is read.
+    fn new(
+        device: &Arc<Device>,
+        plan: &ShadowPlan,
+        (name, format, attachment): (&str, vk::Format, vk::ImageUsageFlags),
+        (order, layout): (ClearOrder, vk::ImageLayout),
+    ) -> gpu::Result<Self> {
+        let image = Image::new(
+            device,
+            &ImageDesc {
+                name,
+                format,
+                extent: vk::Extent2D { width: plan.size, height: plan.size },
+                layers: plan.layers,
+                usage: attachment | vk::ImageUsageFlags::SAMPLED | vk::ImageUsageFlags::TRANSFER_DST,
+                location: Location::Device,
+                kind: MemoryKind::ShadowMap,
+                ..ImageDesc::default()
+            },
+        )?;
+        let range = vk::ImageSubresourceRange {
+            aspect_mask: if format == DEPTH { vk::ImageAspectFlags::DEPTH } else { vk::ImageAspectFlags::COLOR },
+            level_count: 1,
+            layer_count: plan.layers,
+            ..Default::default()
+        };
+        clear::submit(device, (&image, range), order, layout)?;
+        let array = image.view_of(&format!("{name}, all layers"), vk::ImageViewType::TYPE_2D_ARRAY, range)?;
+        let layers = (0..plan.layers).map(|layer| image.layer_view(layer)).collect::<gpu::Result<_>>()?;
+        Ok(Self { image, layers, array })
+    }
 }
 
 impl ShadowAtlas {
@@ -71,39 +126,24 @@ impl ShadowAtlas {
         device: &Arc<Device>,
         plan: &ShadowPlan,
         frames_in_flight: usize,
-        order: ClearOrder,
+        orders: ClearOrders,
     ) -> gpu::Result<Self> {
-        let image = Image::new(
-            device,
-            &ImageDesc {
-                name: "shadow atlas",
-                format: DEPTH,
-                extent: vk::Extent2D { width: plan.size, height: plan.size },
-                layers: plan.layers,
-                usage: vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT
-                    | vk::ImageUsageFlags::SAMPLED
-                    | vk::ImageUsageFlags::TRANSFER_DST,
-                location: Location::Device,
-                kind: MemoryKind::ShadowMap,
-                ..ImageDesc::default()
-            },
-        )?;
-        clear::submit(device, &image, order)?;
-        let range = vk::ImageSubresourceRange {
-            aspect_mask: vk::ImageAspectFlags::DEPTH,
-            level_count: 1,
-            layer_count: plan.layers,
-            ..Default::default()
-        };
-        // An array for the shader, also with one layer.
-        let array = image.view_of("shadow atlas, all layers", vk::ImageViewType::TYPE_2D_ARRAY, range)?;
-        let layers = (0..plan.layers).map(|layer| image.layer_view(layer)).collect::<gpu::Result<_>>()?;
+        let depth = ("shadow atlas", DEPTH, vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT);
+        let maps = LayeredImage::new(device, plan, depth, (orders.maps, ATLAS_LAYOUT))?;
+        let color = ("shadow tints", ShadowPlan::TINT, vk::ImageUsageFlags::COLOR_ATTACHMENT);
+        let tints =
+            orders.tints.map(|order| LayeredImage::new(device, plan, color, (order, TINT_LAYOUT))).transpose()?;
         let stages = vk::ShaderStageFlags::FRAGMENT | vk::ShaderStageFlags::COMPUTE;
         let (texture, uniform) = (vk::DescriptorType::SAMPLED_IMAGE, vk::DescriptorType::UNIFORM_BUFFER);
-        let set_layout =
-            SetLayout::new(device, "shadow set layout", &[binding(0, texture, stages), binding(1, uniform, stages)])?;
+        let set_layout = SetLayout::new(
+            device,
+            "shadow set layout",
+            &[binding(0, texture, stages), binding(1, uniform, stages), binding(2, texture, stages)],
+        )?;
         let count = frames_in_flight as u32;
-        let pool = DescriptorPool::new(device, "shadow pool", count, &[(texture, count), (uniform, count)])?;
+        let pool = DescriptorPool::new(device, "shadow pool", count, &[(texture, 2 * count), (uniform, count)])?;
+        // Shaders name the tints, whether or not they look any up.
+        let tint = tints.as_ref().map_or((maps.array.raw, ATLAS_LAYOUT), |own| (own.array.raw, TINT_LAYOUT));
         let frame = |index| {
             let size = (MAX_SHADOW_VIEWS * size_of::<ShadowRecord>()) as u64;
             let name = format!("shadow maps of frame {index}");
@@ -111,13 +151,31 @@ impl ShadowAtlas {
             let buffer = Buffer::new(device, &name, size, usage, Location::Upload, MemoryKind::Uniform)?;
             let set = pool.allocate(&format!("shadow set of frame {index}"), set_layout.raw)?;
             SetWriter::new()
-                .sampled_image(0, array.raw, ATLAS_LAYOUT)
+                .sampled_image(0, maps.array.raw, ATLAS_LAYOUT)
                 .uniform_buffer(1, &buffer, buffer.size)
+                .sampled_image(2, tint.0, tint.1)
                 .update(device, set);
             Ok((buffer, set))
         };
         let frames = (0..frames_in_flight).map(frame).collect::<gpu::Result<_>>()?;
-        Ok(Self { image, layers, set_layout, frames, _array: array, _pool: pool })
+        Ok(Self { maps, tints, set_layout, frames, _pool: pool })
+    }
+
+    /// The attachments of a layer's framebuffer.
+    pub fn layer(&self, layer: usize) -> Vec<vk::ImageView> {
+        self.images().map(|own| own.layers[layer].raw).collect()
+    }
+
+    /// The values that these are cleared to.
+    pub fn clears(&self) -> Vec<vk::ClearValue> {
+        // Reversed depth: infinity.
+        let far = vk::ClearValue { depth_stencil: vk::ClearDepthStencilValue { depth: 0.0, stencil: 0 } };
+        let untinted = vk::ClearValue { color: vk::ClearColorValue { float32: NOTHING_TINTED } };
+        [far, untinted].into_iter().take(self.images().count()).collect()
+    }
+
+    fn images(&self) -> impl Iterator<Item = &LayeredImage> {
+        [Some(&self.maps), self.tints.as_ref()].into_iter().flatten()
     }
 
     /// Set 2 of one frame in flight.
@@ -149,37 +207,42 @@ impl ShadowAtlas {
     }
 }
 
-/// The clear that the atlas begins with.
+/// The clear that each of the images begins with.
 pub mod clear {
     use std::sync::Arc;
 
     use ash::vk;
 
-    use super::{ATLAS_LAYOUT, ClearOrder};
+    use super::{ClearOrder, NOTHING_TINTED};
     use crate::gpu::sync::Use;
     use crate::gpu::{self, CommandBuffer, Device, Image, barrier};
 
     /// Clears the whole image.
     pub const WRITE: Use = Use::new(vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_WRITE);
 
-    /// Clears all maps to "nothing is there" and takes them to where they are read from.
-    pub(super) fn submit(device: &Arc<Device>, image: &Image, order: ClearOrder) -> gpu::Result<()> {
-        let mut cmd = CommandBuffer::new(device, "clear shadow atlas")?;
+    /// Clears all maps to "nothing is there" and takes them to the layout in which they are read.
+    pub(super) fn submit(
+        device: &Arc<Device>,
+        (image, range): (&Image, vk::ImageSubresourceRange),
+        order: ClearOrder,
+        layout: vk::ImageLayout,
+    ) -> gpu::Result<()> {
+        let mut cmd = CommandBuffer::new(device, "clear shadow maps")?;
         cmd.begin()?;
         let cleared = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
         barrier::image_barrier(device, cmd.raw, image, order.clear, [vk::ImageLayout::UNDEFINED, cleared]);
-        let range = vk::ImageSubresourceRange {
-            aspect_mask: vk::ImageAspectFlags::DEPTH,
-            level_count: 1,
-            layer_count: image.layers,
-            ..Default::default()
-        };
+        let is_depth = range.aspect_mask == vk::ImageAspectFlags::DEPTH;
         // SAFETY: recording, outside a render pass; the image is in this layout and has the usage.
         unsafe {
-            let far = vk::ClearDepthStencilValue { depth: 0.0, stencil: 0 };
-            device.raw.cmd_clear_depth_stencil_image(cmd.raw, image.raw, cleared, &far, &[range]);
+            if is_depth {
+                let far = vk::ClearDepthStencilValue { depth: 0.0, stencil: 0 };
+                device.raw.cmd_clear_depth_stencil_image(cmd.raw, image.raw, cleared, &far, &[range]);
+            } else {
+                let clear = vk::ClearColorValue { float32: NOTHING_TINTED };
+                device.raw.cmd_clear_color_image(cmd.raw, image.raw, cleared, &clear, &[range]);
+            }
         }
-        barrier::image_barrier(device, cmd.raw, image, order.look_up, [cleared, ATLAS_LAYOUT]);
+        barrier::image_barrier(device, cmd.raw, image, order.look_up, [cleared, layout]);
         cmd.end()?;
         device.submit(&cmd)?;
         Ok(())

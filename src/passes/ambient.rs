@@ -29,7 +29,7 @@ pub const PASS: Pass = Pass {
     },
     // It draws into the attachments of the pass before it.
     touches: |plan| {
-        let maps = if plan.has_sky_shadows() { maps(plan, MAP_READ) } else { None };
+        let maps = maps(plan, MAP_READ).filter(|_| plan.has_sky_shadows());
         [frame_data(), ResourceUse::resource(Resource::SkyLight, SKY_READ)].into_iter().chain(maps).collect()
     },
     leave_out: Some(|settings| settings.sky_light = false),

@@ -109,8 +109,8 @@ pub enum Resource {
     SwapchainImage,
     /// The image that ENCODE reads, where the picture itself is kept.
     ShownImage,
-    /// The image of all shadow maps.
-    ShadowMaps,
+    /// An image with a part for each shadow map.
+    Maps(MapImage),
     /// Textures of the scene, and its sky.
     Textures,
     /// The sky's prefiltered diffuse and specular light.
@@ -144,6 +144,31 @@ pub enum Resource {
     Staging,
 }
 
+/// The images of shadow maps. Their parts are drawn apart from each other, and stay until they are drawn anew.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum MapImage {
+    Depth,
+    /// What transparent surfaces let through of the lights.
+    Tints,
+}
+
+impl Resource {
+    /// The depth of all shadow maps.
+    pub const SHADOW_MAPS: Self = Self::Maps(MapImage::Depth);
+    /// Their tints.
+    pub const SHADOW_TINTS: Self = Self::Maps(MapImage::Tints);
+}
+
+impl MapImage {
+    /// A part of it, as sentences call it.
+    pub fn noun(self) -> &'static str {
+        match self {
+            Self::Depth => "a shadow map",
+            Self::Tints => "the tints of a shadow map",
+        }
+    }
+}
+
 impl fmt::Display for Resource {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
@@ -151,7 +176,8 @@ impl fmt::Display for Resource {
             Self::Target(target) => return f.write_str(&target.to_string().to_lowercase()),
             Self::SwapchainImage => "swapchain image",
             Self::ShownImage => "shown image",
-            Self::ShadowMaps => "shadow maps",
+            Self::Maps(MapImage::Depth) => "shadow maps",
+            Self::Maps(MapImage::Tints) => "shadow tints",
             Self::Textures => "textures",
             Self::SkyLight => "light of the sky",
             Self::Vertices => "vertices",
@@ -290,7 +316,7 @@ impl ResourceUse {
     /// Reads what is no target in a shader, or writes it where `uses` writes.
     pub const fn resource(resource: Resource, uses: Use) -> Self {
         let how = match resource {
-            Resource::ShadowMaps | Resource::Textures | Resource::SkyLight | Resource::PanelTextures => {
+            Resource::Maps(_) | Resource::Textures | Resource::SkyLight | Resource::PanelTextures => {
                 UseKind::Sampled { binding: 0 }
             }
             _ => UseKind::Buffer,
@@ -309,7 +335,7 @@ impl ResourceUse {
 
     /// Returns true if the resource is an image of depths.
     pub fn is_depth(&self) -> bool {
-        matches!(self.resource, Resource::Target(Target::Depth | Target::Occluders) | Resource::ShadowMaps)
+        matches!(self.resource, Resource::Target(Target::Depth | Target::Occluders) | Resource::SHADOW_MAPS)
     }
 
     /// The layout that it needs; `UNDEFINED` for a buffer.
@@ -317,7 +343,11 @@ impl ResourceUse {
         let is_depth = self.is_depth();
         match self.how {
             UseKind::Color { .. } | UseKind::Resolve => vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL,
-            UseKind::Depth { .. } if self.writes() => vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL,
+            // A map is a part of its layer: what changes the layout of the rest as well must be the end of the render pass, for which readers wait. TINT, which only reads, keeps
+            // the layout (VVL 1.3.239 finds readers of the rest unordered after a change between subpasses).
+            UseKind::Depth { .. } if self.writes() || self.resource == Resource::SHADOW_MAPS => {
+                vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL
+            }
             // LIGHTING tests against depth and reads it as an input at once.
             UseKind::Depth { .. } => vk::ImageLayout::DEPTH_STENCIL_READ_ONLY_OPTIMAL,
             UseKind::Input { .. } | UseKind::Sampled { .. } if is_depth => {

@@ -27,7 +27,7 @@ macro_rules! light_constants {
             (constants::GEOMETRIC_STEPS, gbuffer.map_or(0.0, |gbuffer| gbuffer.geometric_steps()).to_bits()),
             (constants::FALLOFF, $plan.lights.falloff),
             (constants::TRAITS, $plan.lights.traits),
-            (constants::SHADOW_FILTER, $plan.shadow.as_ref().map_or(0, |shadow| shadow.filter as u32)),
+            (constants::SHADOW_FILTER, $plan.shadow.as_ref().map_or(0, |shadow| shadow.filter_code())),
             (constants::PUNCTUAL_SHADOWS, u32::from($plan.has_punctual_shadows())),
             (constants::LARGEST, $plan.largest_light().to_bits()),
             (constants::LIGHT_ONLY, u32::from($plan.shading == Shading::Light { light_only: true })),
@@ -42,6 +42,7 @@ macro_rules! sky_constants {
         [
             (constants::SKY_SHADOWS, sky.map_or(0, |sky| sky.count)),
             (constants::SKY_MAP, sky.map_or(0, |sky| sky.first_view as u32)),
+            (constants::SKY_FILTER, $plan.shadow.as_ref().map_or(0, |shadow| shadow.sky_filter_code())),
             (constants::SKY_LOBE_SHADOWS, u32::from($plan.effects.reflections.is_none())),
         ]
     }};
@@ -90,6 +91,7 @@ pub mod sort;
 pub mod split;
 pub mod taa;
 pub mod tiled;
+pub mod tint;
 pub mod tone;
 pub mod tonemap;
 pub mod transparent;
@@ -98,6 +100,7 @@ pub mod view;
 
 pub mod background;
 mod blending;
+mod casters;
 pub mod curves;
 mod declaration;
 pub mod object;
@@ -107,7 +110,7 @@ mod spirv;
 pub mod spread;
 mod surface;
 
-pub use declaration::{ContentsIfFirst, Pass, PassName, Presence, Resource, ResourceUse, UseKind};
+pub use declaration::{ContentsIfFirst, MapImage, Pass, PassName, Presence, Resource, ResourceUse, UseKind};
 pub use object::{Making, PassObject, PassRecorder};
 pub use per_pixel::{ImageBinding, PerPixelPass};
 pub use screen::InputDescriptor;
@@ -206,16 +209,17 @@ fn culled(plan: &FramePlan) -> Option<ResourceUse> {
     })
 }
 
-/// Looks shadow maps up, where there are some.
-fn maps(plan: &FramePlan, uses: Use) -> Option<ResourceUse> {
-    plan.shadow
-        .as_ref()
-        .map(|_| ResourceUse::resource(Resource::ShadowMaps, uses).because("loads any texel of the shadow maps"))
+/// Looks shadow maps up, where there are some, and their tints.
+fn maps(plan: &FramePlan, uses: Use) -> impl Iterator<Item = ResourceUse> {
+    let depth = ResourceUse::resource(Resource::SHADOW_MAPS, uses).because("loads any texel of the shadow maps");
+    let tints = ResourceUse::resource(Resource::SHADOW_TINTS, uses).because("loads any texel of their tints");
+    let planned = plan.shadow.as_ref();
+    planned.map(|_| depth).into_iter().chain(planned.filter(|own| own.tinted).map(|_| tints))
 }
 
 /// Looks up the shadow maps of lights, where they have some.
-fn light_maps(plan: &FramePlan, uses: Use) -> Option<ResourceUse> {
-    if plan.has_light_maps() { maps(plan, uses) } else { None }
+fn light_maps(plan: &FramePlan, uses: Use) -> impl Iterator<Item = ResourceUse> {
+    maps(plan, uses).filter(|_| plan.has_light_maps())
 }
 
 /// What shaders look up that light surfaces as they draw them: the sky's light, and the picture behind glass, which all of them name that know of lobes.
@@ -285,12 +289,22 @@ pub struct SetLayouts {
 #[derive(Clone, Copy)]
 pub struct MapRecording<'a> {
     pub view: &'a ShadowView,
+    /// Opaque ones.
     pub casters: &'a [Caster],
-    /// The place of the first caster among the frame's.
+    /// Those that let light through.
+    pub tinting: &'a [Caster],
+    /// The place of the first caster among the frame's; tinting ones follow.
     pub first: u32,
 }
 
-impl MapRecording<'_> {
+impl<'a> MapRecording<'a> {
+    /// Transparent casters come after the others.
+    pub fn of(world: &World, draw: &'a MapDraw, view: &'a ShadowView, first: u32) -> Self {
+        let opaque = draw.casters.partition_point(|own| !world.objects[own.object].transparent);
+        let (casters, tinting) = draw.casters.split_at(opaque);
+        Self { view, casters, tinting, first }
+    }
+
     /// The map's part of its layer.
     pub fn area(&self) -> vk::Rect2D {
         let tile = self.view.tile;

@@ -7,6 +7,7 @@ use ash::vk;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec4;
 
+use super::casters::{self, PUSH_STAGES, streams};
 use super::spirv::with_cells;
 use super::surface::textured_stages;
 use super::{
@@ -14,7 +15,7 @@ use super::{
     PassRecorder, Presence, Resource, ResourceUse, Slot, UseKind, frame_data, meshes, needed,
 };
 use crate::gpu::{self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, pipeline_layout, sync::Use};
-use crate::gpu_scene::{ATLAS_LAYOUT, COLOR, GpuScene, HOLES, LOOK, POSITION, ROWS, SECOND_UV, UV, vertex_input};
+use crate::gpu_scene::{ATLAS_LAYOUT, GpuScene, HOLES};
 use crate::plan::{DEPTH, Extras, ShadowPlan};
 use crate::scene::{AlphaMode, CastsShadow, TextureSlot};
 use crate::shaders::shadow::{self as shader, Flags, constants};
@@ -36,7 +37,7 @@ pub const PASS: Pass = Pass {
     },
     touches: |plan| {
         let how = UseKind::Depth { first: ContentsIfFirst::Clear };
-        let map = ResourceUse::new(Resource::ShadowMaps, how, MAP_CLEAR.or(MAP_STORE))
+        let map = ResourceUse::new(Resource::SHADOW_MAPS, how, MAP_CLEAR.or(MAP_STORE))
             .because("clears and draws the maps that have changed");
         [map, frame_data()].into_iter().chain(meshes(plan)).collect()
     },
@@ -46,9 +47,6 @@ pub const PASS: Pass = Pass {
         Ok(Box::new(ShadowPass::new(own.device, planned, own.slot()?, own.scene, own.world)?))
     }),
 };
-
-const PUSH_STAGES: vk::ShaderStageFlags =
-    vk::ShaderStageFlags::from_raw(vk::ShaderStageFlags::VERTEX.as_raw() | vk::ShaderStageFlags::FRAGMENT.as_raw());
 
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
@@ -138,7 +136,8 @@ impl ShadowPass {
         let plain_layout = pipeline_layout(device, "shadow layout", &[], &[range])?;
         let holes = scene.materials.as_ref().and_then(|materials| materials.layout(HOLES));
         // Without holes there is no set to bind, though a material that samples its base colour has one of the same layout.
-        let holes = holes.filter(|_| world.objects.iter().any(|object| CasterKey::of(object, plan.clamp).masked));
+        let stops = || world.objects.iter().filter(|object| object.casts != CastsShadow::No && !object.transparent);
+        let holes = holes.filter(|_| stops().any(|object| CasterKey::of(object, plan.clamp).masked));
         let layout = |holes| pipeline_layout(device, "masked shadow layout", &[holes], &[range]);
         let mut shadow = Self {
             plain_layout,
@@ -152,7 +151,7 @@ impl ShadowPass {
         if clamps.is_empty() {
             clamps.insert(plan.clamp);
         }
-        for object in world.objects.iter().filter(|object| object.casts != CastsShadow::No) {
+        for object in stops() {
             for &clamps in &clamps {
                 let key = CasterKey::of(object, clamps);
                 let other = CasterKey { mirrored: key.front && !key.mirrored, ..key };
@@ -175,10 +174,10 @@ impl ShadowPass {
     }
 
     fn draw(&self, recording: &FrameContext, map: &MapRecording) {
-        let &MapRecording { view, casters, mut first } = map;
+        let &MapRecording { view, casters, mut first, .. } = map;
         // The streams that some caster needs are bound at once: a draw without holes fetches positions alone.
         let keys = casters.iter().map(|own| CasterKey::of(&recording.world.objects[own.object], false));
-        let streams: BTreeSet<u32> = keys.flat_map(|key| inputs(key).iter().copied()).collect();
+        let streams: BTreeSet<u32> = keys.flat_map(|key| streams(key.masked, key.extras)).copied().collect();
         let streams: Vec<u32> = streams.into_iter().collect();
         let mut meshes = MeshDraws::of_casters(recording, &streams);
         let mut bound: (Option<CasterKey>, Option<(usize, u32)>) = (None, None);
@@ -263,16 +262,6 @@ fn push(recording: &FrameContext, object: &WorldObject) -> ShadowPush {
     }
 }
 
-/// The streams of vertices that a caster's vertex shader reads.
-fn inputs(key: CasterKey) -> &'static [u32] {
-    match (key.masked, key.extras.any()) {
-        (false, false) => &[POSITION],
-        (true, false) => &[POSITION, UV],
-        (false, true) => &[POSITION, COLOR],
-        (true, true) => &[POSITION, UV, COLOR, SECOND_UV],
-    }
-}
-
 fn pipeline(
     device: &Arc<Device>,
     slot: Slot,
@@ -281,9 +270,7 @@ fn pipeline(
 ) -> gpu::Result<Owned<vk::Pipeline>> {
     let flags = Flags::MASKED.when(key.masked) | Flags::EXTRAS.when(key.extras.any());
     let variant = needed("shadow", shader::variant, flags)?;
-    let look = (key.masked && key.extras.any()).then_some(LOOK);
-    let inputs: Vec<u32> = inputs(key).iter().copied().chain(ROWS..ROWS + 4).chain(look).collect();
-    let (vertex_bindings, vertex_attributes) = vertex_input(&inputs, key.extras);
+    let (vertex_bindings, vertex_attributes) = casters::inputs(key.masked, key.extras);
     let fragment = variant
         .fragment()
         .map_or(Vec::new(), |own| with_cells(own.spirv.words(), (key.extras.any(), key.extras.cells)));

@@ -147,7 +147,7 @@ impl SimulatePass {
         let constants = [
             (constants::FALLOFF, plan.lights.falloff),
             (constants::TRAITS, plan.lights.traits),
-            (constants::SHADOW_FILTER, plan.shadow.as_ref().map_or(0, |shadow| shadow.filter as u32)),
+            (constants::SHADOW_FILTER, plan.shadow.as_ref().map_or(0, |shadow| shadow.filter_code())),
             (constants::DIRECTIONAL_SHADOWS, u32::from(plan.has_directional_shadows())),
             (constants::PUNCTUAL_SHADOWS, u32::from(plan.has_punctual_shadows())),
             (constants::ORTHOGRAPHIC, u32::from(plan.orthographic)),

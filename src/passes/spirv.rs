@@ -30,22 +30,61 @@ pub fn bound_fragment(variant: &Variant, key: GeometryKey) -> Vec<u32> {
 /// cells, the one word of the type that says so is cleared: then the images are plain, and the layer is a component of the coordinate beyond those
 /// that are needed, which SPIR-V allows ("OpImageSampleImplicitLod"). So plain materials pay nothing, and there is no other variant. A module may have no two
 /// types that are alike ("Universal Validation Rules"). It may have plain images already, so these do not say that they have no depth, which Vulkan
-/// ignores. Size queries on them return two numbers instead of three; shaders use only the first two.
+/// ignores. Size queries on them return two numbers instead of three; shaders use only the first two. Arrays of other sets stay what they are.
 pub fn with_cells(words: &[u32], (has_extras, cells): (bool, bool)) -> Vec<u32> {
     let mut spirv = words.to_vec();
     if has_extras && !cells {
-        let arrays: Vec<usize> = instructions(&spirv).filter(|&at| is_array_of_colors(&spirv[at..])).collect();
-        for &at in &arrays {
-            (spirv[at + DEPTH], spirv[at + ARRAYED]) = (UNTOLD, 0);
-        }
-        let types: Vec<u32> = arrays.iter().map(|at| spirv[at + 1]).collect();
-        let sizes: Vec<usize> = sizes_of(&spirv, &types).collect();
+        keep_arrays_of_other_sets(&mut spirv);
+        // A type of those comes after the one that it was made of.
+        let Some(array) = instructions(&spirv).find(|&at| is_array_of_colors(&spirv[at..])) else { return spirv };
+        (spirv[array + DEPTH], spirv[array + ARRAYED]) = (UNTOLD, 0);
+        let sizes: Vec<usize> = sizes_of(&spirv, &[spirv[array + 1]]).collect();
         if let Some(pair) = pair_of_numbers(&spirv) {
             sizes.into_iter().for_each(|at| spirv[at + 1] = pair);
         }
     }
     spirv
 }
+
+/// Gives variables of arrays of colours in other sets than the material's a type of their own.
+fn keep_arrays_of_other_sets(spirv: &mut Vec<u32>) {
+    let find = |wanted: &dyn Fn(&[u32]) -> bool| instructions(spirv).find(|&at| wanted(&spirv[at..]));
+    let Some(array) = find(&|own| is_array_of_colors(own)) else { return };
+    let kind = spirv[array + 1];
+    // OpTypePointer (32): its id, the class, and the type.
+    let Some(pointer) = find(&|own| own[0] & 0xffff == 32 && own[3] == kind) else { return };
+    let pointer_kind = spirv[pointer + 1];
+    // OpDecorate (71) of a variable with its DescriptorSet (34).
+    let others = instructions(spirv)
+        .filter(|&at| spirv[at] & 0xffff == 71 && spirv[at + 2] == 34 && spirv[at + 3] != MATERIAL_SET)
+        .map(|at| spirv[at + 1]);
+    let others: Vec<u32> = others.collect();
+    // OpVariable (59) begins with the type of its pointer, and its own id.
+    let variables = instructions(spirv)
+        .filter(|&at| spirv[at] & 0xffff == 59 && spirv[at + 1] == pointer_kind && others.contains(&spirv[at + 2]));
+    let variables: Vec<usize> = variables.collect();
+    if variables.is_empty() {
+        return;
+    }
+    let ids: Vec<u32> = variables.iter().map(|&at| spirv[at + 2]).collect();
+    // OpLoad (61) of these: the type, the id, and the variable.
+    let loads = instructions(spirv).filter(|&at| spirv[at] & 0xffff == 61 && ids.contains(&spirv[at + 3]));
+    let loads: Vec<usize> = loads.collect();
+    let [own_kind, own_pointer] = [spirv[BOUND], spirv[BOUND] + 1];
+    spirv[BOUND] += 2;
+    variables.iter().for_each(|&at| spirv[at + 1] = own_pointer);
+    loads.iter().for_each(|&at| spirv[at + 1] = own_kind);
+    let length = |at: usize| (spirv[at] >> 16) as usize;
+    let mut types = [&spirv[array..array + length(array)], &spirv[pointer..pointer + length(pointer)]].concat();
+    types[1] = own_kind;
+    let image = length(array);
+    (types[image + 1], types[image + 3]) = (own_pointer, own_kind);
+    let end = pointer + length(pointer);
+    spirv.splice(end..end, types);
+}
+
+/// The place of the header's word that is above all ids.
+const BOUND: usize = 3;
 
 /// The places of the operands of OpTypeImage for depth and for layers.
 const DEPTH: usize = 4;
@@ -126,7 +165,7 @@ mod tests {
 
     #[test]
     fn no_two_types_of_images_are_alike_with_cells_or_without_and_sizes_are_of_their_type() {
-        let (mut plain, mut cleared, mut sized) = (0, 0, 0);
+        let (mut plain, mut cleared, mut sized, mut kept) = (0, 0, 0, 0);
         for variant in shader::VARIANTS.iter().chain(geometry::VARIANTS) {
             let Some(fragment) = variant.fragment() else { continue };
             let spirv = with_cells(fragment.spirv.words(), (true, false));
@@ -140,10 +179,14 @@ mod tests {
             let pair = pair_of_numbers(&spirv);
             sized += sizes_of(&spirv, &types).filter(|&at| Some(spirv[at + 1]) == pair).count();
             assert!(sizes_of(&spirv, &types).all(|at| Some(spirv[at + 1]) == pair), "{:#b}", variant.bits);
+            // Tints of shadows have layers whatever the material's textures have.
+            let names_tints = fragment.bindings.iter().any(|own| own.set == 2 && own.binding == 2);
+            assert_eq!(images.iter().any(|image| image[1..5] == [1, 0, 1, 0]), names_tints, "{:#b}", variant.bits);
+            kept += usize::from(names_tints);
             plain += usize::from(images.iter().any(|image| image[1..5] == [1, 0, 0, 0]));
             cleared += usize::from(images.iter().any(|image| image[1..5] == [1, UNTOLD, 0, 0]));
         }
-        assert!(plain > 0 && cleared > 0 && sized > 0);
+        assert!(plain > 0 && cleared > 0 && sized > 0 && kept > 0);
     }
 
     #[test]
@@ -184,7 +227,9 @@ mod tests {
                     }
                     let own = own.spirv.words();
                     let changed = own.iter().zip(&patched).filter(|(a, b)| a != b).count();
-                    assert!(own.len() == patched.len() && changed < 2 * TextureSlot::ALL.len(), "{name}");
+                    let is_alike = own.len() == patched.len() && changed < 2 * TextureSlot::ALL.len();
+                    // Types of an image and of its pointer.
+                    assert!(is_alike || patched.len() == own.len() + 13, "{name}");
                 }
             }
         }

@@ -435,7 +435,7 @@ fn lit_constants(plan: &FramePlan, key: GeometryKey, desc: &LitDesc) -> Vec<(u32
         (constants::PUNCTUAL, u32::from(plan.lights.punctual)),
         (constants::FALLOFF, plan.lights.falloff),
         (constants::TRAITS, plan.lights.traits),
-        (constants::SHADOW_FILTER, plan.shadow.as_ref().map_or(0, |shadow| shadow.filter as u32)),
+        (constants::SHADOW_FILTER, plan.shadow.as_ref().map_or(0, |shadow| shadow.filter_code())),
         (constants::DIRECTIONAL_SHADOWS, u32::from(plan.has_directional_shadows())),
         (constants::PUNCTUAL_SHADOWS, u32::from(plan.has_punctual_shadows())),
         (constants::LIGHT_ONLY, u32::from(plan.shading == Shading::Light { light_only: true })),

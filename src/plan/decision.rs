@@ -36,7 +36,7 @@ impl Choices {
         let request = EffectRequest { scene, settings, view, shading, path: lighting.path, device };
         effects::check(&request)?;
         let surfaces = SurfacePlan::of(scene, settings, lighting.path)?;
-        let rules = SurfaceRules::of(settings, shading, &lighting, &surfaces);
+        let rules = SurfaceRules::of(settings, shading, &lighting, lighting.shadow.as_ref(), &surfaces);
         let effects = EffectPlans::of(&request, &rules, lighting.lights.any());
         // The view of the complexity compares the values that LIGHTING would read, so they must be stored as for LIGHTING.
         let shadowed = lighting.shadow.is_some()
@@ -167,7 +167,8 @@ impl FramePlan {
     ) -> Result<Self, PlanError> {
         let Choices { shading, lighting, surfaces, gbuffer, stores_gbuffer, effects, chain } =
             Choices::of(scene, settings, device, view)?;
-        let rules = SurfaceRules::of(settings, shading, &lighting, &surfaces);
+        let shadow = lighting.shadow.clone();
+        let rules = SurfaceRules::of(settings, shading, &lighting, shadow.as_ref(), &surfaces);
         let pipelines = rules.pipelines(scene);
         let lists_moving = effects.list_moving();
         let mut meshes = MeshPlan::of(scene, &rules);

@@ -12,6 +12,7 @@ mod reflections;
 mod refraction;
 mod sky;
 mod taa;
+mod tints;
 
 /// The public types and names of effects, which are the plan's.
 pub mod types {
@@ -30,6 +31,7 @@ pub mod types {
 }
 
 pub(super) use sky::sky_directions;
+pub(super) use tints::are_asked_for as tints_are_asked_for;
 
 use std::borrow::Cow;
 
@@ -47,6 +49,7 @@ pub const EFFECTS: &[&Effect] = &[
     &sky::EFFECT,
     &lobes::EFFECT,
     &refraction::EFFECT,
+    &tints::EFFECT,
     &fog::EFFECT,
     &bloom::EFFECT,
     &fxaa::EFFECT,
@@ -70,6 +73,8 @@ pub struct EffectPlans {
     pub lobes: Option<LobesPlan>,
     /// Glass shows the picture behind it, where it bends or blurs light.
     pub refraction: Option<RefractionPlan>,
+    /// Transparent surfaces cast shadows.
+    pub tints: bool,
     /// The way in which ambient occlusion is found, where it is.
     pub ao: Option<AoPlan>,
     /// The reflections of the picture in surfaces, where there are some.
@@ -95,6 +100,7 @@ impl EffectPlans {
             sky: SkyPlan::of(request),
             lobes: LobesPlan::of(request, rules),
             refraction: RefractionPlan::of(request, rules),
+            tints: rules.shadow.is_some_and(|own| own.tinted),
             ao: AoPlan::of(request),
             reflections: ReflectionPlan::of(request),
             particles: ParticlePlan::of(request),

@@ -81,12 +81,14 @@ pub struct SkyShadows {
 pub struct ShadowPlan {
     /// Edge of a layer in texels.
     pub size: u32,
-    /// Layers of the image, 4 bytes a texel.
+    /// Layers of the image.
     pub layers: u32,
     /// The filter by which lookups compare texels; it decides how far biases reach.
     pub filter: ShadowFilter,
     /// Casters before a map's near plane are pressed onto it: where the device can.
     pub clamp: bool,
+    /// Each map has one of what transparent surfaces let through beside it.
+    pub tinted: bool,
     /// The most important first.
     pub lights: Vec<ShadowLight>,
     /// Of directions of the sky, where it lights with shadows.
@@ -135,7 +137,8 @@ impl ShadowPlan {
         device: &Capabilities,
     ) -> (Option<Self>, Vec<String>) {
         let shadows = &settings.shadows;
-        let layer_bytes = u64::from(shadows.size) * u64::from(shadows.size) * 4;
+        let tinted = effects::tints_are_asked_for(scene, settings);
+        let layer_bytes = u64::from(shadows.size) * u64::from(shadows.size) * texel_bytes(tinted);
         let within_budget = u32::try_from((u64::from(shadows.budget) << 20) / layer_bytes).unwrap_or(u32::MAX);
         let most = within_budget.min(device.max_layers);
         let mut plan = Self {
@@ -143,6 +146,7 @@ impl ShadowPlan {
             layers: 0,
             filter: shadows.filter,
             clamp: device.depth_clamp,
+            tinted,
             lights: Vec::new(),
             sky: None,
             tiles: Vec::new(),
@@ -228,7 +232,8 @@ impl ShadowPlan {
     /// An atlas in which nobody looks anything up.
     pub(super) fn without_lights(settings: &Settings, device: &Capabilities) -> Self {
         let ShadowSettings { size, filter, .. } = settings.shadows;
-        Self { size, layers: 1, filter, clamp: device.depth_clamp, lights: Vec::new(), sky: None, tiles: Vec::new() }
+        let (lights, tiles, clamp) = (Vec::new(), Vec::new(), device.depth_clamp);
+        Self { size, layers: 1, filter, clamp, tinted: false, lights, sky: None, tiles }
     }
 
     /// Places for all maps of a light: whole layers for cascades, quarters for the others. When they do not all fit, why.
@@ -261,9 +266,28 @@ impl ShadowPlan {
         self.sky.map_or(0..0, |sky| sky.first_view..sky.first_view + sky.count as usize)
     }
 
-    /// Device memory of all layers.
+    /// Device memory of all layers, with their tints.
     pub fn bytes(&self) -> u64 {
-        u64::from(self.layers) * u64::from(self.size) * u64::from(self.size) * 4
+        self.texels() * texel_bytes(self.tinted)
+    }
+
+    /// Texels of all layers.
+    pub fn texels(&self) -> u64 {
+        u64::from(self.layers) * u64::from(self.size) * u64::from(self.size)
+    }
+
+    /// Returns the filter's code for shaders, and whether lookups read tints (`shaders/shared/shadows.wgsl`).
+    pub(crate) fn filter_code(&self) -> u32 {
+        self.code_of(self.filter)
+    }
+
+    /// The same of maps of the sky's directions.
+    pub(crate) fn sky_filter_code(&self) -> u32 {
+        self.code_of(ShadowFilter::Box2)
+    }
+
+    fn code_of(&self, filter: ShadowFilter) -> u32 {
+        filter as u32 | if self.tinted { wgsl::TINTED } else { 0 }
     }
 
     /// Returns the code of a light's maps in its record, above the two bits of the fall-off (`shaders/shared/shadows.wgsl`): 0 for
@@ -336,6 +360,11 @@ pub(super) fn shadow_reason(scene: &Scene, settings: &Settings, lights: &[usize]
         }
         Some(_) => Ok(()),
     }
+}
+
+/// Depth, and a tint in half floats.
+const fn texel_bytes(tinted: bool) -> u64 {
+    if tinted { 12 } else { 4 }
 }
 
 /// The reason why a light has no maps.

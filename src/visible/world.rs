@@ -377,8 +377,7 @@ impl WorldObject {
             material: object.material,
             transform: object.transform * DAffine3::from_translation(mesh.origin),
             bounds: object.bounds(&scene.meshes),
-            // Light goes through a surface that the eye looks through.
-            casts: if transparent { CastsShadow::No } else { object.casts_shadow },
+            casts: rules.shadow_of(object),
             transparent,
             revision: 0,
             mesh_place: (mesh.origin, mesh.bounds),

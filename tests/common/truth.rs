@@ -46,5 +46,5 @@ pub fn radiance(material: &Material, lights: &[Light], point: DVec3, normal: DVe
         sky: None,
         smith: Smith::default(),
     };
-    light::radiance::<f64>(&surface, &illumination, &mut |_| 1.0)
+    light::radiance::<f64>(&surface, &illumination, &mut |_| DVec3::ONE)
 }

@@ -275,6 +275,7 @@ fn pass_names(src: &Path) -> Vec<String> {
                 "air",
                 "background",
                 "blending",
+                "casters",
                 "culling",
                 "curves",
                 "depth_only",

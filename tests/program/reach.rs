@@ -72,6 +72,13 @@ const EFFECTS: &[Reach] = &[
         // Lobes are a part of materials: only the pass and its plan are looked for.
         whole: &["LobesPlan", "LobesPass"],
     },
+    // They are a part of shadow maps, whose files are their own.
+    Reach {
+        name: "tints",
+        files: &["tint", "tints", "shadow", "shadows", "glass"],
+        parts: &["veil"],
+        whole: &["TINT", "TINTED", "TINT_LAYOUT", "SHADOW_TINTS", "Tints", "tinted_shadows"],
+    },
     Reach { name: "refraction", files: &["refraction", "backdrop"], parts: &["backdrop"], whole: &["RefractionPlan"] },
     Reach { name: "fxaa", files: &["fxaa"], parts: &["fxaa"], whole: &[] },
     Reach { name: "aberration", files: &["aberration"], parts: &["aberration"], whole: &[] },

@@ -116,6 +116,7 @@ fn scenes() -> Vec<Scene> {
     let (hall, mut veiled) = (scene("builtin:hall?bays=1&detail=6"), scene("builtin:spheres"));
     let material = veiled.objects[0].material;
     veiled.materials[material].alpha_mode = AlphaMode::Blend;
+    veiled.lights.iter_mut().for_each(|light| light.casts_shadow = true);
     let mut layers = scene("builtin:layers?count=2");
     put_sky(&mut layers, &SkyChoice::Atmosphere(None)).expect("a sky");
     let smoke = Scene { emitters: vec![Emitter::default()], ..scene("builtin:layers?count=1") };

@@ -23,5 +23,6 @@ mod report;
 mod sky;
 mod sky_shadows;
 mod stress;
+mod tints;
 #[cfg(feature = "report")]
 mod tune;

@@ -10,18 +10,6 @@ use glam::{DAffine3, DVec3, Vec3};
 const SIZE: [u32; 2] = [97, 97];
 const POINT: TruthOptions = TruthOptions { mode: Mode::Point, smith: Smith::HeightCorrelated };
 
-fn clear(refraction: Refraction) -> Material {
-    Material {
-        base_color: Vec3::ONE,
-        alpha: 0.0,
-        alpha_mode: AlphaMode::Glass,
-        roughness: 0.0,
-        reflectance: Vec3::splat(((refraction.ior - 1.0) / (refraction.ior + 1.0)).powi(2)),
-        refraction: Some(refraction),
-        ..Material::default()
-    }
-}
-
 /// A wall of upright stripes, two metres behind the origin and wider than any ray through glass goes.
 fn striped() -> Scene {
     let mut scene = stage();
@@ -73,14 +61,14 @@ fn a_pane_and_a_ball_show_what_is_behind_them_as_rays_do() {
         let flint = Refraction { ior: 1.7, dispersion: 5.0, ..body };
         let pane = || shapes::cuboid([3.0, 3.0, 0.4]);
         let aslant = DAffine3::from_axis_angle(DVec3::Y, 0.5);
-        let ball = |refraction| clear(Refraction { thickness: 1.0, ..refraction });
+        let ball = |refraction| Material::clear_glass(Refraction { thickness: 1.0, ..refraction });
         let cases = [
-            ("a pane", with_body(pane(), clear(body), aslant), [1e-3, 3e-3]),
-            ("a green pane", with_body(pane(), clear(green), aslant), [1e-3, 3e-3]),
-            ("a pane of flint", with_body(pane(), clear(flint), aslant), [2e-3, 6e-3]),
+            ("a pane", with_body(pane(), Material::clear_glass(body), aslant), [1e-3, 3e-3]),
+            ("a green pane", with_body(pane(), Material::clear_glass(green), aslant), [1e-3, 3e-3]),
+            ("a pane of flint", with_body(pane(), Material::clear_glass(flint), aslant), [2e-3, 6e-3]),
             (
                 "a thin wall",
-                with_body(rectangle([-1.0; 2], [1.0; 2], 0.0), clear(Refraction::THIN), aslant),
+                with_body(rectangle([-1.0; 2], [1.0; 2], 0.0), Material::clear_glass(Refraction::THIN), aslant),
                 [1e-6, 1e-5],
             ),
             ("a ball", with_body(shapes::sphere(0.5, 128), ball(body), DAffine3::IDENTITY), [1e-3, 3e-3]),
@@ -111,8 +99,9 @@ fn a_pane_and_a_ball_show_what_is_behind_them_as_rays_do() {
 #[test]
 fn rough_glass_blurs_as_rays_do() {
     on_gpu(|gpu| {
-        let thin = Material { roughness: 0.4, ..clear(Refraction::THIN) };
-        let thick = Material { roughness: 0.4, ..clear(Refraction { thickness: 0.4, ..Refraction::THIN }) };
+        let thin = Material { roughness: 0.4, ..Material::clear_glass(Refraction::THIN) };
+        let thick =
+            Material { roughness: 0.4, ..Material::clear_glass(Refraction { thickness: 0.4, ..Refraction::THIN }) };
         let cases = [
             ("a thin wall", with_body(rectangle([-1.0; 2], [1.0; 2], 0.0), thin, DAffine3::IDENTITY)),
             ("a pane", with_body(shapes::cuboid([3.0, 3.0, 0.4]), thick, DAffine3::IDENTITY)),
@@ -142,7 +131,8 @@ fn rough_glass_blurs_as_rays_do() {
 #[test]
 fn glass_lets_layers_between_it_and_the_picture_be_seen() {
     on_gpu(|gpu| {
-        let mut scene = with_body(rectangle([-1.0; 2], [1.0; 2], 0.0), clear(Refraction::THIN), DAffine3::IDENTITY);
+        let mut scene =
+            with_body(rectangle([-1.0; 2], [1.0; 2], 0.0), Material::clear_glass(Refraction::THIN), DAffine3::IDENTITY);
         let without = gpu.draw(&scene, &settings(LightPath::Loop));
         let gauze = Material { alpha: 0.5, alpha_mode: AlphaMode::Blend, ..lambert(0.0) };
         add(&mut scene, rectangle([-1.0, -1.0], [0.0, 1.0], -0.5), gauze, DAffine3::IDENTITY);
@@ -156,7 +146,7 @@ fn glass_lets_layers_between_it_and_the_picture_be_seen() {
 #[test]
 fn glass_that_is_summed_up_in_any_order_fades_what_is_behind_it() {
     on_gpu(|gpu| {
-        let red = Material { base_color: Vec3::X, ..clear(Refraction::THIN) };
+        let red = Material { base_color: Vec3::X, ..Material::clear_glass(Refraction::THIN) };
         let scene = with_body(rectangle([-1.0; 2], [1.0; 2], 0.0), red, DAffine3::IDENTITY);
         let drawn = |transparency| {
             let settings = Settings { transparency, keep: Keep::default(), ..settings(LightPath::Loop) };
@@ -180,7 +170,7 @@ fn extreme_glass_is_finite() {
             Refraction { color: Vec3::ZERO, distance: f32::INFINITY, ..body },
         ] {
             for roughness in [0.0, 1.0] {
-                let material = Material { roughness, ..clear(own) };
+                let material = Material { roughness, ..Material::clear_glass(own) };
                 let scene = with_body(shapes::sphere(0.5, 24), material, DAffine3::IDENTITY);
                 let picture = gpu.draw(&scene, &settings(LightPath::Loop));
                 assert!(places(&picture).all(|(x, y)| nits(&picture, x, y).min_element() >= 0.0), "{own:?}");

@@ -309,7 +309,7 @@ fn half_a_sky_lights_by_the_cosine() {
             sky: Some(&half),
             smith: Smith::default(),
         };
-        let found = light::radiance::<f64>(&surface, &illumination, &mut |_| 1.0);
+        let found = light::radiance::<f64>(&surface, &illumination, &mut |_| DVec3::ONE);
         let wanted = (1.0 + degrees.to_radians().cos()) / 2.0;
         // Texels at the horizon of +X are half bright.
         assert!((found - DVec3::splat(wanted)).abs().max_element() < 0.01, "{degrees}: {found} {wanted}");

@@ -111,6 +111,9 @@ noted! {
     "vkCmdBlitImage" cmd_blit_image(
         from: vk::Image, old: vk::ImageLayout, to: vk::Image, new: vk::ImageLayout, regions: &[vk::ImageBlit], filter: vk::Filter
     ), names => Arguments::objects([names.of(from), names.of(to)]).numbers([regions.len() as i64]);
+    "vkCmdClearColorImage" cmd_clear_color_image(
+        image: vk::Image, layout: vk::ImageLayout, value: &vk::ClearColorValue, ranges: &[vk::ImageSubresourceRange]
+    ), names => Arguments::objects([names.of(image)]).numbers([ranges.len() as i64]);
     "vkCmdClearDepthStencilImage" cmd_clear_depth_stencil_image(
         image: vk::Image, layout: vk::ImageLayout, value: &vk::ClearDepthStencilValue, ranges: &[vk::ImageSubresourceRange]
     ), names => Arguments::objects([names.of(image)]).numbers([ranges.len() as i64]);

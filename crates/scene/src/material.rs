@@ -489,6 +489,19 @@ impl Material {
         model == Brdf::CookTorrance && self.alpha_mode != AlphaMode::Coat && is_seen
     }
 
+    /// Polished glass without a colour on its surface.
+    pub fn clear_glass(refraction: Refraction) -> Self {
+        Self {
+            base_color: Vec3::ONE,
+            alpha: 0.0,
+            alpha_mode: AlphaMode::Glass,
+            roughness: 0.0,
+            reflectance: Vec3::splat(((refraction.ior - 1.0) / (refraction.ior + 1.0)).powi(2)),
+            refraction: Some(refraction),
+            ..Self::default()
+        }
+    }
+
     /// The way of light through it, where it is drawn as glass with this model.
     pub fn refracts(&self, model: Brdf) -> Option<Refraction> {
         self.refraction.filter(|_| self.alpha_mode == AlphaMode::Glass && model == Brdf::CookTorrance)

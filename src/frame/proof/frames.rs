@@ -9,7 +9,7 @@ use super::render_pass::Besides;
 use crate::frame::IN_FLIGHT;
 use crate::frame::list::{Commands, Condition, RenderPassName, SHADOW_PASS, Step, StepList};
 use crate::frame::render_pass::PassDescription;
-use crate::frame::rows::{FORMULA_WRITE, PassName, Row, RowName, Rows, SyncKind};
+use crate::frame::rows::{FORMULA_WRITE, PassName, Row, RowName, Rows, SyncKind, shadow};
 use crate::gpu::sync::{DEVICE_ACCESS, HOST_WRITE, Use};
 use crate::gpu::upload::{BLIT_READ, COPY_WRITE};
 use crate::gpu_scene::shadow_clear;
@@ -20,7 +20,6 @@ mod prefilter;
 
 const BUFFER: L = L::UNDEFINED;
 /// Two layers of the image of all shadow maps: one drawn in most frames, one looked up before it is first drawn.
-const MAPS: [Memory; 2] = [Memory::part(Resource::ShadowMaps, 0), Memory::part(Resource::ShadowMaps, 1)];
 const TEXTURE: Memory = Memory::of(Resource::Textures);
 const LEVELS: [Memory; 3] =
     [Memory::part(Resource::Textures, 1), Memory::part(Resource::Textures, 2), Memory::part(Resource::Textures, 3)];
@@ -224,13 +223,12 @@ impl FrameModelBuilder<'_> {
     }
 
     fn clear_maps(&mut self) {
-        if self.plan.shadow.is_none() {
-            return;
-        }
-        for map in MAPS {
-            self.image_barrier(RowName::SHADOW_ATLAS_TO_CLEAR, map);
-            self.program.command(PassName::CLEAR, &[(map, L::TRANSFER_DST_OPTIMAL, shadow_clear::WRITE)]);
-            self.image_barrier(RowName::CLEAR_TO_SHADOW_MAPS, map);
+        for (image, [before, after]) in shadow::images(self.plan) {
+            for map in memory_of(self.plan, image, 0) {
+                self.image_barrier(before, map);
+                self.program.command(PassName::CLEAR, &[(map, L::TRANSFER_DST_OPTIMAL, shadow_clear::WRITE)]);
+                self.image_barrier(after, map);
+            }
         }
     }
 
@@ -313,9 +311,10 @@ impl FrameModelBuilder<'_> {
             all.flat_map(|touch| besides(plan, touch, place)).collect()
         };
         if name == SHADOW_PASS {
-            for (map, times) in MAPS.into_iter().zip(turn.maps) {
+            for (map, times) in (0..).zip(turn.maps) {
+                let memory: Vec<_> = pass.attachments.iter().map(|&(image, _)| Memory::part(image, map)).collect();
                 for _ in 0..times {
-                    self.program.render_pass(pass, &[map], besides);
+                    self.program.render_pass(pass, &memory, besides);
                 }
             }
             return;
@@ -386,7 +385,7 @@ fn memory_of(plan: &FramePlan, resource: Resource, place: usize) -> Vec<Memory> 
         Resource::Target(target) if target == plan.picture() && plan.draws_into_swapchain() => {
             vec![Memory::of(Resource::SwapchainImage)]
         }
-        Resource::ShadowMaps => MAPS.to_vec(),
+        Resource::Maps(_) => [0, 1].map(|map| Memory::part(resource, map)).to_vec(),
         Resource::Textures => {
             let levels = LEVELS.into_iter().filter(|_| plan.uploads.mip_levels);
             levels.chain([TEXTURE]).collect()

@@ -136,7 +136,7 @@ pub(super) fn noun(memory: Memory) -> &'static str {
         },
         Resource::SwapchainImage => "the window's image",
         Resource::ShownImage => "the image that is encoded",
-        Resource::ShadowMaps => "a shadow map",
+        Resource::Maps(own) => own.noun(),
         Resource::Textures => "a texture",
         Resource::SkyLight => "light of the sky",
         Resource::Vertices => "vertices",

@@ -1,45 +1,70 @@
-//! The rows of the clear that the shadow maps' image begins with.
+//! The rows of the clears that the images of shadow maps and of their tints begin with.
 
 use ash::vk;
 
 use super::{PassName, Row, RowName, Rows, barrier, waits};
 use crate::frame::list::Step;
 use crate::gpu::sync::Use;
-use crate::gpu_scene::{ATLAS_LAYOUT, ClearOrder, shadow_clear};
-use crate::passes::{Resource, shadow};
+use crate::gpu_scene::{ATLAS_LAYOUT, ClearOrder, ClearOrders, TINT_LAYOUT, shadow_clear};
+use crate::passes::{Resource, shadow, tint};
 use crate::plan::FramePlan;
 
 impl RowName {
     pub(crate) const SHADOW_ATLAS_TO_CLEAR: Self = Self::Own("shadow-atlas-to-clear");
     pub(crate) const CLEAR_TO_SHADOW_MAPS: Self = Self::Own("clear-to-shadow-maps");
+    pub(crate) const SHADOW_TINTS_TO_CLEAR: Self = Self::Own("shadow-tints-to-clear");
+    pub(crate) const CLEAR_TO_SHADOW_TINTS: Self = Self::Own("clear-to-shadow-tints");
 }
 
 const CLEARED: vk::ImageLayout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
 
+/// The names of the rows before and after the clear of an image.
+type ClearRows = [RowName; 2];
+const OF_MAPS: ClearRows = [RowName::SHADOW_ATLAS_TO_CLEAR, RowName::CLEAR_TO_SHADOW_MAPS];
+const OF_TINTS: ClearRows = [RowName::SHADOW_TINTS_TO_CLEAR, RowName::CLEAR_TO_SHADOW_TINTS];
+
+/// The images of a plan's maps, each with the rows of its clear.
+pub(in crate::frame) fn images(plan: &FramePlan) -> impl Iterator<Item = (Resource, ClearRows)> {
+    let planned = plan.shadow.as_ref();
+    let tints = planned.filter(|own| own.tinted).map(|_| (Resource::SHADOW_TINTS, OF_TINTS));
+    planned.map(|_| (Resource::SHADOW_MAPS, OF_MAPS)).into_iter().chain(tints)
+}
+
+/// The attachments of the render pass of maps. A map is a part of a layer that has others: it is readable before and after.
+pub(in crate::frame) fn attachments(plan: &FramePlan) -> Vec<(Resource, vk::AttachmentDescription)> {
+    let of = |image| if image == Resource::SHADOW_TINTS { tint::attachment() } else { shadow::attachment() };
+    images(plan).map(|(image, _)| (image, of(image))).collect()
+}
+
 /// None where the plan has no maps.
 pub(super) fn rows(plan: &FramePlan, steps: &[Step]) -> Vec<Row> {
-    if plan.shadow.is_none() {
-        return Vec::new();
-    }
-    // SHADOW waits for readers, and so for the clear as well.
-    let readers = waits::readers(plan, steps, Resource::ShadowMaps);
-    let (reader, map_read) = readers.unwrap_or((shadow::PASS.place, shadow::MAP_CLEAR));
-    vec![
-        barrier(RowName::SHADOW_ATLAS_TO_CLEAR, vk::ImageLayout::UNDEFINED, CLEARED)
-            .from(PassName::OUTSIDE, &[Use::START])
-            .to(PassName::CLEAR, &[shadow_clear::WRITE])
-            .because("the image is new: there is nothing to wait for, but its layout changes before the write"),
-        barrier(RowName::CLEAR_TO_SHADOW_MAPS, CLEARED, ATLAS_LAYOUT)
-            .from(PassName::CLEAR, &[shadow_clear::WRITE])
-            .to(reader, &[map_read])
-            .because("a map that no frame has drawn yet is sampled, or drawn by SHADOW, which waits for samplers"),
-    ]
+    let clear = |(image, [before, after]): (Resource, ClearRows)| {
+        let (layout, drawn) = match image {
+            Resource::SHADOW_TINTS => (TINT_LAYOUT, (tint::PASS.place, tint::TINT_CLEAR)),
+            _ => (ATLAS_LAYOUT, (shadow::PASS.place, shadow::MAP_CLEAR)),
+        };
+        // Who draws waits for readers, and so for the clear as well.
+        let (reader, read) = waits::readers(plan, steps, image).unwrap_or(drawn);
+        [
+            barrier(before, vk::ImageLayout::UNDEFINED, CLEARED)
+                .from(PassName::OUTSIDE, &[Use::START])
+                .to(PassName::CLEAR, &[shadow_clear::WRITE])
+                .because("the image is new: there is nothing to wait for, but its layout changes before the write"),
+            barrier(after, CLEARED, layout)
+                .from(PassName::CLEAR, &[shadow_clear::WRITE])
+                .to(reader, &[read])
+                .because("a map that no frame has drawn yet is sampled, or drawn by SHADOW, which waits for samplers"),
+        ]
+    };
+    images(plan).flat_map(clear).collect()
 }
 
 impl Rows {
-    /// The rows that the atlas is made with; `None` without shadow maps.
-    pub(in crate::frame) fn clear_order(&self) -> Option<ClearOrder> {
-        let clear = self.find(RowName::SHADOW_ATLAS_TO_CLEAR)?.order();
-        Some(ClearOrder { clear, look_up: self.find(RowName::CLEAR_TO_SHADOW_MAPS)?.order() })
+    /// The rows that the images are made with; `None` without shadow maps.
+    pub(in crate::frame) fn clear_orders(&self) -> Option<ClearOrders> {
+        let order = |[before, after]: ClearRows| {
+            Some(ClearOrder { clear: self.find(before)?.order(), look_up: self.find(after)?.order() })
+        };
+        Some(ClearOrders { maps: order(OF_MAPS)?, tints: order(OF_TINTS) })
     }
 }

@@ -252,8 +252,8 @@ fn visits(plan: &FramePlan, stops: &[Stop], resource: Resource) -> Vec<Visit> {
             uses = uses.or(RESOLVE);
         }
         let is_depth = touches[0].is_depth();
-        // SHADOW clears each map that it draws, also the one that another frame has drawn.
-        let is_loaded = index > 0 && resource != Resource::ShadowMaps;
+        // Each map that is drawn is cleared, also the one that another frame has drawn.
+        let is_loaded = index > 0 && !matches!(resource, Resource::Maps(_));
         let load = match (is_depth, is_loaded) {
             (true, true) => DEPTH_LOAD,
             (true, false) => DEPTH_CLEAR,

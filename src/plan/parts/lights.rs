@@ -144,7 +144,7 @@ pub(super) fn shadow(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Pa
         }
         _ => reasons::without_shadow_maps(scene, settings, plan),
     };
-    let bytes = plan.shadow.as_ref().map_or(0, ShadowPlan::bytes);
+    let bytes = plan.shadow.as_ref().map_or(0, |own| own.bytes() - own.tint_bytes());
     part("shadow maps", plan.shadow.is_some(), reason, bytes).is(OptionalPart::ShadowMaps)
 }
 

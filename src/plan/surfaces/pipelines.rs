@@ -190,7 +190,7 @@ impl GeometryKey {
             reflectance: brdf == Brdf::CookTorrance
                 && if forward.is_some() { material.has_reflectance() } else { rules.reflectance },
             lobes: rules.lobes_of(material),
-            receives: object.receives_shadow || !rules.shadow,
+            receives: object.receives_shadow || rules.shadow.is_none(),
             forward,
         }
     }

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::{EffectiveMaterials, Extras, ForwardKey, GeometryKey, SurfacePlan, lobes};
 use crate::plan::lights::LightingPlan;
-use crate::plan::{FramePlan, Shading, is_tiled, lacks_gbuffer};
+use crate::plan::{FramePlan, Shading, ShadowPlan, is_tiled, lacks_gbuffer};
 use crate::scene::{
     AlphaMode, Brdf, CastsShadow, Keep, LightPath, Material, Object, Scene, Settings, TextureSlot, Transparency, UvMap,
 };
@@ -18,7 +18,8 @@ pub(crate) struct SurfaceRules<'a> {
     pub forward: bool,
     /// They are looked up.
     pub looked_up: bool,
-    pub shadow: bool,
+    /// The shadow maps, where there are some.
+    pub shadow: Option<&'a ShadowPlan>,
     pub emissive: bool,
     /// The G-buffer has the reflectance of Cook-Torrance surfaces.
     pub reflectance: bool,
@@ -53,6 +54,7 @@ impl<'a> SurfaceRules<'a> {
         settings: &Settings,
         shading: Shading,
         lighting: &LightingPlan,
+        shadow: Option<&'a ShadowPlan>,
         surfaces: &'a SurfacePlan,
     ) -> Self {
         Self {
@@ -60,7 +62,7 @@ impl<'a> SurfaceRules<'a> {
             shading,
             forward: lacks_gbuffer(lighting.path),
             looked_up: lighting.path == LightPath::Visibility,
-            shadow: lighting.shadow.is_some(),
+            shadow,
             emissive: surfaces.emissive,
             reflectance: surfaces.reflectance,
             ambient: lighting.lights.ambient,
@@ -110,12 +112,19 @@ impl<'a> SurfaceRules<'a> {
 
     /// Returns true if a pass draws an object's mesh.
     pub fn needs_mesh(&self, scene: &Scene, object: &Object) -> bool {
-        let casts = self.casts(object) && !self.material(object).is_transparent();
+        let casts = self.shadow_of(object) != CastsShadow::No;
         self.draws(scene, object) && (self.has_geometry() || casts)
     }
 
     fn casts(&self, object: &Object) -> bool {
-        self.shadow && object.casts_shadow != CastsShadow::No
+        self.shadow_of(object) != CastsShadow::No
+    }
+
+    /// How an object casts shadows into maps, as far as there are some.
+    pub fn shadow_of(&self, object: &Object) -> CastsShadow {
+        // Light goes through a surface that the eye looks through.
+        let is_cast = !self.material(object).is_transparent() || self.is_veil(object);
+        if self.shadow.is_some() && is_cast { object.casts_shadow } else { CastsShadow::No }
     }
 
     /// The texture through whose holes light falls past an object, in some shadow map.
@@ -131,12 +140,14 @@ impl<'a> SurfaceRules<'a> {
     /// Returns the holes that its shadow would have.
     pub fn cuts(&self, object: &Object) -> Cuts {
         let material = self.material(object);
-        let texture = material.base_color_texture.filter(|_| material.is_masked());
+        // What lets light through differs from place to place by the same texture and colours.
+        let varies = material.is_masked() || self.is_veil(object);
+        let texture = material.base_color_texture.filter(|_| varies);
         let map = material.uv_maps[TextureSlot::BaseColor as usize];
         let moving = self.materials.moving_maps.contains(&object.material);
         let cells = texture.is_some() && material.has_atlas();
         let extras = Extras {
-            colors: material.is_masked() && self.is_colored(object),
+            colors: varies && self.is_colored(object),
             colored_light: false,
             uv_maps: texture.is_some() && (moving || map != UvMap::IDENTITY),
             second_uvs: texture.is_some() && map.set == 1,
@@ -215,7 +226,7 @@ impl FramePlan {
             shading: self.shading,
             forward: lacks_gbuffer(self.light_path),
             looked_up: self.triangles.is_some(),
-            shadow: self.shadow.is_some(),
+            shadow: self.shadow.as_ref(),
             emissive: self.emissive,
             reflectance: self.reflectance,
             ambient: self.lights.ambient,

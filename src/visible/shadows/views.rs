@@ -61,8 +61,9 @@ const CASTER_STEPS: u32 = 16;
 
 impl WorldObject {
     /// Returns the key by which pipelines of casters differ.
-    fn caster_pipeline(&self) -> (bool, CastsShadow, bool) {
-        (self.key.masked, self.casts, self.key.mirrored)
+    fn caster_pipeline(&self) -> (bool, bool, CastsShadow, bool) {
+        // Those that let light through come last.
+        (self.transparent, self.key.masked, self.casts, self.key.mirrored)
     }
 
     /// Returns the state shared by casters that follow each other in a map.
@@ -193,6 +194,13 @@ impl ShadowView {
         let along = if self.is_perspective() { w } else { (DVec4::W * w.w - depth) / w.w };
         let middle = along.truncate().dot(bounds.center()) + along.w;
         BoxDepths { middle, end: middle + along.truncate().abs().dot(bounds.size() * 0.5) }
+    }
+
+    /// Metres from the middle of the map to its edge, of a perspective map at a distance of 1 metre; and metres from its near to its far end, 0 of a perspective one.
+    pub fn metres(&self) -> [f64; 2] {
+        let depth = self.rows[2].truncate().length();
+        let along = if self.is_perspective() || depth == 0.0 { 0.0 } else { 1.0 / depth };
+        [0.5 * self.texel * f64::from(self.tile.edge), along]
     }
 
     /// Returns true if it sees the same part of the world in the same texels.

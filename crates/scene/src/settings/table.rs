@@ -511,6 +511,10 @@ settings! {
         "shadow-filter", "filter" => shadow_filter, filter: ShadowFilter = ShadowFilter::Box2, {
             title: "shadow filter", sweep: SweepMode::Joint, quick: &["none", "5x5", "pcss"], cheaper: &["none"],
         }
+        /// Give transparent surfaces a shadow, tinted by what they let through, from a second map
+        "tinted-shadows", "tinted" => tinted_shadows, tinted: bool = false, {
+            title: "tinted shadows", of_truth: true,
+        }
         /// Shadow maps of each directional light, one behind the other along the view
         "cascades", "cascades" => cascades, cascades: u32 = 2, {
             title: "cascades", values: ValueKind::Whole(1, 4), sweep: SweepMode::Joint, tried: &["1", "2", "3", "4"], quick: &["1"],

@@ -278,6 +278,27 @@ impl<'a> Geometry<'a> {
         nearest
     }
 
+    /// Transparent surfaces that cast shadows, on the ray before `limit`, from whichever side they are met.
+    pub fn veils(&self, ray: &Ray, limit: f64) -> Vec<Hit> {
+        let mut met = Vec::new();
+        if !self.has_transparent {
+            return met;
+        }
+        self.tree.walk(ray, limit, |index, limit| {
+            let Triangle { corners, id } = &self.triangles[index];
+            let part = &self.objects[id.object as usize];
+            let lets_through = matches!(part.material.alpha_mode, AlphaMode::Blend | AlphaMode::Glass);
+            if part.casts_shadow == CastsShadow::No || !lets_through {
+                return limit;
+            }
+            if let Some(crossing) = ray.crossing(corners).filter(|own| (0.0..limit).contains(&own.distance)) {
+                met.push(Hit { triangle: index, crossing, front: crossing.counter_clockwise != part.mirrored });
+            }
+            limit
+        });
+        met
+    }
+
     /// Returns true if something that casts shadows lies on the ray before `limit`, as seen from a receiver that looks to the light.
     pub fn is_blocked(&self, ray: &Ray, limit: f64) -> bool {
         let mut blocked = false;

@@ -32,6 +32,7 @@ mod sky;
 mod strokes;
 mod surface;
 mod texture;
+mod tints;
 pub mod tonemap;
 
 pub use bloom::spreading;
@@ -119,6 +120,8 @@ pub struct Effects {
     pub particles: bool,
     /// The greatest roughness of surfaces that mirror others, as [`Settings::mirrored_roughness`] has it.
     pub reflections: Option<f64>,
+    /// Transparent surfaces cast shadows.
+    pub tints: bool,
 }
 
 impl Effects {
@@ -129,6 +132,7 @@ impl Effects {
             fog: fog::Medium::of(settings),
             particles: settings.particles,
             reflections: settings.mirrored_roughness(),
+            tints: settings.shadows.tinted,
         }
     }
 
@@ -145,6 +149,9 @@ impl Effects {
         }
         if let Some(roughest) = self.reflections {
             reflections::hash(roughest, fingerprint);
+        }
+        if self.tints {
+            fingerprint.bytes(b"tinted shadows");
         }
     }
 }

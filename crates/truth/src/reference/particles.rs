@@ -150,7 +150,7 @@ impl Reference<'_> {
         self.lights.iter().enumerate().fold(around, |sum, (index, light)| {
             let (_, strength) = arriving(light, position);
             let casts = self.shadows && light.casts_shadow && strength > 0.0;
-            let visible = if casts { self.share(&receiver, index, Points::All) } else { 1.0 };
+            let visible = if casts { self.share(&receiver, index, Points::All) } else { DVec3::ONE };
             sum + light.color.as_dvec3() * (f64::from(light.intensity) * strength * visible / (4.0 * PI))
         })
     }

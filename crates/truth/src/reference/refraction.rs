@@ -39,7 +39,7 @@ pub struct Body {
 
 impl Body {
     /// The share of light that is left after some metres (KHR_materials_volume).
-    fn left_after(&self, metres: f64) -> DVec3 {
+    pub(super) fn left_after(&self, metres: f64) -> DVec3 {
         if self.distance.is_infinite() { DVec3::ONE } else { self.color.powf(metres / self.distance) }
     }
 }
@@ -258,7 +258,7 @@ fn shadowed(seen: f64, out: f64, roughness: f64, is_rough: bool) -> f64 {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use glam::{DAffine3, Vec3};
 
     use super::*;
@@ -267,20 +267,8 @@ mod tests {
     use afterlight_scene::builtin::stage::SceneBuilder;
     use afterlight_scene::{Camera, Environment, Material, Projection, Refraction, Scene};
 
-    fn glass(refraction: Refraction) -> Material {
-        Material {
-            base_color: Vec3::ONE,
-            alpha: 0.0,
-            alpha_mode: AlphaMode::Glass,
-            roughness: 0.0,
-            reflectance: Vec3::splat(((refraction.ior - 1.0) / (refraction.ior + 1.0)).powi(2)),
-            refraction: Some(refraction),
-            ..Material::default()
-        }
-    }
-
     /// A body before a white background, with no light on it, seen from two metres.
-    fn alone(mesh: shapes::MeshBuilder, material: Material) -> Scene {
+    pub(in crate::reference) fn alone(mesh: shapes::MeshBuilder, material: Material) -> Scene {
         let mut stage = SceneBuilder::default();
         let number = stage.material(material);
         let mesh = stage.mesh("body", mesh, number);
@@ -319,12 +307,13 @@ mod tests {
     #[test]
     fn in_even_light_a_clear_body_gives_back_all_that_it_lets_in() {
         for (mesh, thickness) in [(shapes::cuboid([1.0, 1.0, 0.3]), 0.3), (shapes::sphere(0.4, 64), 0.8)] {
-            let scene = alone(mesh, glass(Refraction { thickness, ..Refraction::THIN }));
+            let scene = alone(mesh, Material::clear_glass(Refraction { thickness, ..Refraction::THIN }));
             let found = middle(&scene, Mode::Point);
             // The front mirrors 0.04, of nothing. Parts below a thousandth are left.
             assert!((found - DVec3::splat(0.96)).abs().max_element() < 3e-3, "{found}");
         }
-        let rough = Material { roughness: 0.5, ..glass(Refraction { thickness: 0.3, ..Refraction::THIN }) };
+        let rough =
+            Material { roughness: 0.5, ..Material::clear_glass(Refraction { thickness: 0.3, ..Refraction::THIN }) };
         let found = middle(&alone(shapes::cuboid([1.0, 1.0, 0.3]), rough), Mode::Converged { samples: 256 });
         assert!(found.max_element() < 0.965 && found.min_element() > 0.85, "{found}");
     }
@@ -332,7 +321,7 @@ mod tests {
     #[test]
     fn a_body_absorbs_by_the_length_of_the_way_and_tints_once() {
         let green = Refraction { thickness: 0.3, color: Vec3::new(0.25, 1.0, 0.5), distance: 0.3, ..Refraction::THIN };
-        let material = Material { base_color: Vec3::new(1.0, 0.5, 1.0), alpha: 0.2, ..glass(green) };
+        let material = Material { base_color: Vec3::new(1.0, 0.5, 1.0), alpha: 0.2, ..Material::clear_glass(green) };
         let found = middle(&alone(shapes::cuboid([1.0, 1.0, 0.3]), material), Mode::Point);
         // Straight through: (1 - R)^2 A / (1 - R^2 A^2) with the light that goes back and forth, of what is not held back. A fifth of the light is the body's, which is black
         // without a light.
@@ -347,7 +336,7 @@ mod tests {
     fn a_thin_wall_bends_nothing_and_dispersion_bends_blue_more() {
         let iors = Refraction { ior: 1.5, dispersion: 4.0, ..Refraction::THIN }.iors();
         assert!(iors[0] < iors[1] && iors[1] < iors[2], "{iors:?}");
-        let red = Material { base_color: Vec3::new(0.5, 0.0, 1.0), ..glass(Refraction::THIN) };
+        let red = Material { base_color: Vec3::new(0.5, 0.0, 1.0), ..Material::clear_glass(Refraction::THIN) };
         let found = middle(&alone(shapes::cuboid([0.5, 0.5, 0.1]), red), Mode::Point);
         assert!((found - DVec3::new(0.48, 0.0, 0.96)).abs().max_element() < 1e-6, "{found}");
     }

@@ -160,7 +160,8 @@ impl<'a> Reference<'a> {
     }
 
     /// Returns the share of a light that the nearest opaque surface there sees, 0 to 1, by [`sampling::DISC_POINTS`] points of a light that has a
-    /// size; 1 where nothing is seen, and without shadows. A surface that lets light through sees those behind it from its back. Lights that cast no shadow and surfaces that receive none count as if they did.
+    /// size; 1 where nothing is seen, and without shadows. A surface that lets light through sees those behind it from its back. Lights that cast no shadow and surfaces that receive none count as if they did; of
+    /// tinted shadows it is the share of the colour of which most arrives.
     pub fn visibility(&self, view: &CameraView, pixel: DVec2, light: usize) -> f64 {
         if !self.shadows {
             return 1.0;
@@ -171,7 +172,7 @@ impl<'a> Reference<'a> {
         hit.map_or(1.0, |hit| {
             let (surface, _) = self.surface_of(&hit, &ray);
             let receiver = Receiver::of(&self.geometry, &hit, &ray);
-            self.share(&receiver.towards(&self.lights[light], &surface), light, Points::All)
+            self.share(&receiver.towards(&self.lights[light], &surface), light, Points::All).max_element()
         })
     }
 
@@ -365,7 +366,7 @@ impl<'a> Reference<'a> {
         let mut receiver = None;
         let mut visibility = |light: usize| {
             if !self.shadows {
-                return 1.0;
+                return DVec3::ONE;
             }
             let receiver = receiver.get_or_insert_with(|| Receiver::of(&self.geometry, hit, ray));
             self.share(&receiver.towards(&self.lights[light], &surface), light, points)
@@ -397,7 +398,7 @@ impl<'a> Reference<'a> {
             return Some(VisibleSky { sky, rays: None });
         }
         let receiver = (self.shadows && surface.receives_shadow).then(|| Receiver::of(&self.geometry, hit, ray));
-        Some(VisibleSky { sky, rays: Some((&self.geometry, receiver, points)) })
+        Some(VisibleSky { sky, rays: Some((self, receiver, points)) })
     }
 
     /// Returns the sky's part of the light at the middle of a pixel, as [`Mode::Point`] has it, in nits: of the nearest opaque surface; zero without
@@ -428,15 +429,15 @@ impl<'a> Reference<'a> {
     }
 
     /// Share of a light that arrives.
-    pub(super) fn share(&self, receiver: &Receiver, index: usize, points: Points) -> f64 {
+    pub(super) fn share(&self, receiver: &Receiver, index: usize, points: Points) -> DVec3 {
         let light = &self.lights[index];
-        let sees = |point| f64::from(u8::from(receiver.sees(&self.geometry, light, point)));
+        let sees = |point| receiver.way_to(light, point).map_or(DVec3::ONE, |(ray, limit)| self.left_by(&ray, limit));
         match points {
             _ if light.size == 0.0 => sees(DVec2::ZERO),
             Points::One { sample, pixel } => sees(sampling::on_disc(sample, pixel, index)),
             Points::All => {
                 let count = sampling::DISC_POINTS;
-                (0..count).map(|point| sees(sampling::stratum(point, index))).sum::<f64>() / f64::from(count)
+                (0..count).map(|point| sees(sampling::stratum(point, index))).sum::<DVec3>() / f64::from(count)
             }
         }
     }
@@ -446,7 +447,7 @@ impl<'a> Reference<'a> {
 pub(super) struct VisibleSky<'a> {
     sky: &'a SkySampler,
     /// The receiver is none where nothing casts a shadow on the surface.
-    rays: Option<(&'a Geometry<'a>, Option<Receiver>, Points)>,
+    rays: Option<(&'a Reference<'a>, Option<Receiver>, Points)>,
 }
 
 impl VisibleSky<'_> {
@@ -464,12 +465,11 @@ impl VisibleSky<'_> {
 
 impl Collects for VisibleSky<'_> {
     fn collected(&self, surface: &Collector) -> [DVec3; 2] {
-        let Some((geometry, receiver, points)) = &self.rays else { return self.sky.collected(surface) };
+        let Some((reference, receiver, points)) = &self.rays else { return self.sky.collected(surface) };
         let mut arrives = |direction| {
-            receiver.as_ref().is_none_or(|own| match surface.normal.dot(direction) < 0.0 {
-                true => own.behind().sees_along(geometry, direction),
-                false => own.sees_along(geometry, direction),
-            })
+            let Some(own) = receiver else { return DVec3::ONE };
+            let side = if surface.normal.dot(direction) < 0.0 { own.behind() } else { *own };
+            reference.left_by(&Ray::new(side.start, direction), f64::INFINITY)
         };
         let mut estimate = |sample: u32, pixel: u64| {
             let points = [0, 1, 2].map(|strategy| sampling::on_sky(sample, pixel, strategy));

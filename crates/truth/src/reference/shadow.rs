@@ -64,16 +64,16 @@ impl Receiver {
         ((self.start - self.place).dot(direction) > 0.0).then(|| Ray::new(self.start, direction))
     }
 
-    /// Returns true if light from infinitely far away arrives.
-    pub fn sees_along(&self, geometry: &Geometry, direction: DVec3) -> bool {
-        !geometry.is_blocked(&Ray::new(self.start, direction), f64::INFINITY)
-    }
-
     /// Returns true if light from a point of the disc arrives; `on_disc` is in the unit circle.
     pub fn sees(&self, geometry: &Geometry, light: &Light, on_disc: DVec2) -> bool {
+        self.way_to(light, on_disc).is_none_or(|(ray, limit)| !geometry.is_blocked(&ray, limit))
+    }
+
+    /// The ray to a point of the disc, and how far along it the light is; `None` in the middle of the light.
+    pub fn way_to(&self, light: &Light, on_disc: DVec2) -> Option<(Ray, f64)> {
         let (towards, distance) = to_light(light, self.place);
         if distance == 0.0 {
-            return true;
+            return None;
         }
         let is_parallel = light.kind.form().is_parallel();
         let radius = if is_parallel { (light.size.to_radians() * 0.5).tan() } else { light.size / distance };
@@ -83,7 +83,7 @@ impl Receiver {
             // To the light and no further; from the start, which is a hair nearer.
             false => (self.place + direction * distance - self.start, 1.0),
         };
-        !geometry.is_blocked(&Ray::new(self.start, direction), limit)
+        Some((Ray::new(self.start, direction), limit))
     }
 }
 

@@ -62,12 +62,12 @@ impl SkySampler {
     }
 
     /// An estimate by three directions: one where the sky is bright, one by the cosine, one by the lobe, together weighted by the balance heuristic
-    /// (Veach and Guibas 1995); and a fourth by the cosine to the back, where light comes through. `points` are in the unit square; `arrives` says whether light from a direction does.
+    /// (Veach and Guibas 1995); and a fourth by the cosine to the back, where light comes through. `points` are in the unit square; `arrives` gives the share of light from a direction that does.
     pub fn estimate(
         &self,
         surface: &Collector,
         points: [DVec2; 3],
-        arrives: &mut dyn FnMut(DVec3) -> bool,
+        arrives: &mut dyn FnMut(DVec3) -> DVec3,
     ) -> [DVec3; 2] {
         let [again, body, through] = even_of(surface, self.share(surface.n_dot_v, surface.roughness));
         let has_lobe = surface.brdf == Brdf::CookTorrance;
@@ -84,12 +84,16 @@ impl SkySampler {
         let (mut base, mut lobe) = (DVec3::ZERO, DVec3::ZERO);
         for direction in candidates.into_iter().flatten() {
             let cosine = surface.normal.dot(direction);
-            if cosine == 0.0 || cosine < 0.0 && !transmits || !arrives(direction) {
+            if cosine == 0.0 || cosine < 0.0 && !transmits {
+                continue;
+            }
+            let arriving = arrives(direction);
+            if arriving == DVec3::ZERO {
                 continue;
             }
             let of_lobe = if has_lobe { mirrored_density(surface, direction) } else { 0.0 };
             let density = self.density(direction) + cosine.abs() / PI + of_lobe;
-            let light = self.sky.radiance(direction) * (cosine.abs() / density);
+            let light = self.sky.radiance(direction) * (cosine.abs() / density) * arriving;
             let left = surface.left(direction);
             if cosine < 0.0 {
                 base += through * light * left / PI;

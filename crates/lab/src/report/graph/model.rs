@@ -219,7 +219,7 @@ fn image(
     let texel = format_bytes(format) * samples;
     let pixels = u64::from(plan.size[0]) * u64::from(plan.size[1]);
     let (bytes_per_pixel, bytes) = match (resource, &plan.shadow) {
-        (Resource::ShadowMaps, Some(shadow)) => (None, shadow.bytes()),
+        (Resource::Maps(_), Some(shadow)) => (None, u64::from(texel) * shadow.texels()),
         _ => (Some(texel), u64::from(texel) * pixels),
     };
     let name = resource.to_string();

@@ -48,7 +48,8 @@ fn a_drawing_is_xml_that_has_what_the_frame_has_and_nothing_else() {
         assert_eq!(sorted(drawn), sorted(passes.iter().map(|pass| pass.name.to_string()).collect()), "{name}");
         let subpasses: usize = passes.iter().map(|pass| pass.subpasses.len()).sum();
         assert_eq!(groups(&document, "subpass").len(), subpasses, "{name}");
-        let images = plan.targets().count() + usize::from(plan.shadow.is_some());
+        let maps = plan.shadow.as_ref().map_or(0, |own| 1 + usize::from(own.tinted));
+        let images = plan.targets().count() + maps;
         assert_eq!(groups(&document, "image").len(), images, "{name}");
         let rows: Vec<String> = edges.iter().map(|edge| edge.name.to_string()).collect();
         assert_eq!(sorted(groups(&document, "dependency")), sorted(rows), "{name}");

@@ -246,7 +246,7 @@ pub fn ambient(input: &Input) -> FormulaTruth {
         sky: None,
         smith,
     };
-    let sum = radiance::<f64>(&surface(input, Brdf::CookTorrance), &illumination, &mut |_| 1.0);
+    let sum = radiance::<f64>(&surface(input, Brdf::CookTorrance), &illumination, &mut |_| DVec3::ONE);
     of(sum, 1e-3, true)
 }
 

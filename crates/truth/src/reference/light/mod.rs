@@ -64,12 +64,12 @@ pub struct Radiance {
 
 /// Returns a surface's radiance towards the eye, in nits: ambient light, emission and each light.
 ///
-/// `visibility(i)` is the share of light number `i` that arrives, 0 to 1. It is asked only where that light would add something, casts
+/// `visibility(i)` is the share of light number `i` that arrives, 0 to 1 of each colour. It is asked only where that light would add something, casts
 /// shadows, and the surface receives them.
 pub fn radiance<R: Real>(
     surface: &ShadingPoint,
     illumination: &Illumination,
-    visibility: &mut dyn FnMut(usize) -> f64,
+    visibility: &mut dyn FnMut(usize) -> DVec3,
 ) -> DVec3 {
     let Radiance { body, shine } = split_radiance::<R>(surface, illumination, visibility);
     body + shine
@@ -79,7 +79,7 @@ pub fn radiance<R: Real>(
 pub fn split_radiance<R: Real>(
     surface: &ShadingPoint,
     illumination: &Illumination,
-    visibility: &mut dyn FnMut(usize) -> f64,
+    visibility: &mut dyn FnMut(usize) -> DVec3,
 ) -> Radiance {
     let reflector = Reflector::<R>::new(surface, illumination.smith);
     let occlusion = R::of(surface.occlusion);
@@ -96,9 +96,9 @@ pub fn split_radiance<R: Real>(
             continue;
         };
         let casts = light.casts_shadow && surface.receives_shadow;
-        let visible = if casts { R::of(visibility(index)) } else { R::one() };
-        body += base * visible;
-        shine += lobe * visible;
+        let visible = vector::<R>(if casts { visibility(index) } else { DVec3::ONE });
+        body += base.component_mul(&visible);
+        shine += lobe.component_mul(&visible);
     }
     Radiance { body: widened(body), shine: widened(shine) }
 }

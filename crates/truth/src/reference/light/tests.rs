@@ -153,7 +153,7 @@ fn illumination<'a>(lights: &'a [Light], environment: &'a Environment) -> Illumi
 
 fn lit<R: Real>(surface: &ShadingPoint, lights: &[Light], environment: &Environment) -> DVec3 {
     let illumination = illumination(lights, environment);
-    radiance::<R>(surface, &illumination, &mut |_| 1.0)
+    radiance::<R>(surface, &illumination, &mut |_| DVec3::ONE)
 }
 
 proptest! {
@@ -342,7 +342,7 @@ fn visibility_is_asked_only_of_lights_that_would_add_something() {
     let mut asked = Vec::new();
     let half = radiance::<f64>(&lambert(1.0), &illumination, &mut |light| {
         asked.push(light);
-        0.5
+        DVec3::splat(0.5)
     });
     assert_eq!(asked, [4, 5]);
     let alone = |lights: &[Light]| lit::<f64>(&lambert(1.0), lights, &DARK);
@@ -358,11 +358,11 @@ fn body_and_shine_add_up_and_a_mirror_has_no_body() {
     let light = [lamp(DVec3::Y, Falloff::InverseSquare, None)];
     let illumination = illumination(&light, &environment);
     let plastic = ShadingPoint { metallic: 0.0, emissive: DVec3::splat(7.0), ..mirror(0.25) };
-    let Radiance { body, shine } = split_radiance::<f64>(&plastic, &illumination, &mut |_| 1.0);
-    assert_eq!(body + shine, radiance::<f64>(&plastic, &illumination, &mut |_| 1.0));
+    let Radiance { body, shine } = split_radiance::<f64>(&plastic, &illumination, &mut |_| DVec3::ONE);
+    assert_eq!(body + shine, radiance::<f64>(&plastic, &illumination, &mut |_| DVec3::ONE));
     assert!(body.min_element() > 1.0 && shine.min_element() > 7.0, "{body} {shine}");
-    assert_eq!(split_radiance::<f64>(&mirror(0.25), &illumination, &mut |_| 1.0).body, DVec3::ZERO);
-    let chalk = split_radiance::<f64>(&lambert(1.0), &illumination, &mut |_| 1.0);
+    assert_eq!(split_radiance::<f64>(&mirror(0.25), &illumination, &mut |_| DVec3::ONE).body, DVec3::ZERO);
+    let chalk = split_radiance::<f64>(&lambert(1.0), &illumination, &mut |_| DVec3::ONE);
     assert_eq!(chalk.shine, DVec3::ZERO);
 }
 

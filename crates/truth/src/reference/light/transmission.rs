@@ -133,7 +133,8 @@ mod tests {
         const STEPS: [(f64, f64); 3] = [(0.7549, 0.5698), (0.8192, 0.6711), (0.3247, 0.2207)];
         let estimate = |index: u32| {
             let points = STEPS.map(|(x, y)| (DVec2::splat(0.5) + DVec2::new(x, y) * f64::from(index)).fract());
-            let [base, lobe] = sky.estimate(surface, points, &mut |direction| arrives(direction));
+            let [base, lobe] = sky
+                .estimate(surface, points, &mut |direction| if arrives(direction) { DVec3::ONE } else { DVec3::ZERO });
             (base + lobe).x
         };
         (0..COUNT).map(estimate).sum::<f64>() / f64::from(COUNT)

@@ -44,7 +44,7 @@ pub use tally::WHOLE;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use crate::report::sweep::model::Attribution;
@@ -166,7 +166,7 @@ fn shadowed_lights(subject: &AttributedFrame, surfaces: &[Option<(ShadingPoint, 
     for (surface, _) in surfaces.iter().flatten() {
         radiance::<f64>(surface, &illumination(subject), &mut |light| {
             *reached.entry(light).or_default() += 1;
-            1.0
+            DVec3::ONE
         });
     }
     let mut lights: Vec<(usize, usize)> = reached.into_iter().collect();

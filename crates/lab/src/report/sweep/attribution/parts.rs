@@ -96,8 +96,8 @@ impl PixelSurface<'_> {
     fn shade(&self, set: usize, illumination: &Illumination, visibility: &mut dyn LightVisibility) -> DVec3 {
         let surface = self.surface(set);
         let mut share = |light| match set & SHADOWS != 0 {
-            true => visibility.measured(light),
-            false => visibility.exact(light),
+            true => DVec3::splat(visibility.measured(light)),
+            false => DVec3::splat(visibility.exact(light)),
         };
         match set & ARITHMETIC != 0 {
             true => radiance::<f32>(&surface, illumination, &mut share),

@@ -1,0 +1,28 @@
+// Tints of shadows: a second map beside each shadow map has, of each texel, the share of light that transparent surfaces let through, and how near to the light the
+// nearest of them is. All of them are multiplied into one colour, whatever their order: so what lies between two of them gets the tint of both.
+#define_import_path afterlight::tints
+
+// The half floats above zero, in their order: nearness is an integer among them, so that the largest of two halves is the nearer of two surfaces, to 1 part in 30000.
+const FIRST: f32 = 1024.0;
+const STEPS: f32 = 30000.0;
+
+// A map's depth as an integer's value, from FIRST for the farthest. Perspective depth spans many powers of two, and its logarithm is stored.
+fn nearness(depth: f32, perspective: bool) -> f32 {
+    let even = select(depth, 1.0 + log2(max(depth, 2.4e-10)) / 32.0, perspective);
+    return FIRST + saturate(even) * STEPS;
+}
+
+fn to_half(nearness: f32) -> f32 {
+    return unpack2x16float(u32(nearness)).x;
+}
+
+// The inverse of `nearness`.
+fn depth_of(nearness: f32, perspective: bool) -> f32 {
+    let even = (nearness - FIRST) / STEPS;
+    return select(even, exp2((even - 1.0) * 32.0), perspective);
+}
+
+// 0 where there is no surface.
+fn from_half(stored: f32) -> f32 {
+    return f32(pack2x16float(vec2(stored, 0.0)) & 0xffffu);
+}
