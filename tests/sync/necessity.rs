@@ -37,7 +37,9 @@ fn passes_are_recorded_in_the_order_of_the_list() {
                 own.dedup();
                 own
             };
-            let listed: Vec<_> = places.into_iter().flat_map(times).collect();
+            let mut listed: Vec<_> = places.into_iter().flat_map(times).collect();
+            // Maps are drawn one after the other, and all of them have one time.
+            listed.dedup();
             assert_eq!(renderer.recorded_passes(), listed, "{}", case.name);
             orders.insert(listed);
         }
