@@ -312,8 +312,16 @@ impl World {
             && *own != material
         {
             *own = material;
-            // Masks cut other holes into shadows.
             self.generation += 1;
+            // Masks cut other holes into shadows, and other light passes what is transparent.
+            let shows = |object: &WorldObject| object.transparent || object.cuts.any();
+            let cast = |object: &&mut WorldObject| {
+                object.material == index && object.casts != CastsShadow::No && shows(object)
+            };
+            for object in self.objects.iter_mut().filter(cast) {
+                object.revision += 1;
+                self.changes.get_or_insert_default().boxes.push(object.bounds);
+            }
         }
     }
 

@@ -1,4 +1,5 @@
 mod idle;
+mod materials;
 
 use std::sync::Arc;
 
