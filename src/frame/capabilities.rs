@@ -54,6 +54,7 @@ pub fn capabilities(device: &PhysicalDevice) -> Capabilities {
                 .min(limits.max_per_stage_resources.saturating_sub(48)),
             false => 0,
         },
+        sampled_images: limits.max_per_stage_descriptor_sampled_images.min(limits.max_descriptor_set_sampled_images),
         storage_buffers: limits.max_per_stage_descriptor_storage_buffers.min(limits.max_descriptor_set_storage_buffers),
         fragment_resources: limits.max_fragment_combined_output_resources,
         storage_range: limits.max_storage_buffer_range,

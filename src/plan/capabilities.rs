@@ -38,6 +38,8 @@ pub struct Capabilities {
     pub primitive_index: bool,
     /// Sampled images that a compute shader can name, by numbers that differ from invocation to invocation; 0 where it cannot do so.
     pub non_uniform_textures: u32,
+    /// Sampled images that a shader can name.
+    pub sampled_images: u32,
     /// Storage buffers that a compute shader can name.
     pub storage_buffers: u32,
     /// Storage buffers, storage images and colour attachments that a fragment shader can name, all together.
@@ -82,6 +84,7 @@ impl Capabilities {
             reads_pushed_places_once: false,
             primitive_index: true,
             non_uniform_textures: 1 << 20,
+            sampled_images: 1 << 20,
             storage_buffers: 1 << 20,
             fragment_resources: 1 << 20,
             storage_range: u32::MAX,

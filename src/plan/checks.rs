@@ -59,6 +59,22 @@ pub(super) fn check_blocks(scene: &Scene, plan: &FramePlan) -> Result<(), PlanEr
     undecodable.map_or(Ok(()), Err)
 }
 
+/// Refuses surfaces whose pipelines name more images than a shader can: textures of a material, four of the sky and its light, and two of shadow maps where surfaces are lit as they are drawn.
+pub(super) fn check_sampled_images(plan: &FramePlan, device: &Capabilities) -> Result<(), PlanError> {
+    let textures = plan.textures.sets.values().map(|slots| slots.len() as u32).max().unwrap_or(0);
+    let sky = if plan.effects.sky.is_some() { 4 } else { 0 };
+    let is_lit_as_drawn = plan.keys().any(|key| key.forward.is_some());
+    let maps = if plan.shadow.is_some() && is_lit_as_drawn { 2 } else { 0 };
+    let (needed, most) = (textures + sky + maps, device.sampled_images);
+    if textures == 0 || needed <= most {
+        return Ok(());
+    }
+    let why = format!(
+        "the {textures} textures of a material, the sky and shadow maps are {needed} images in one shader, and this device's name at most {most}: leave out --sky, or ask for --shadows off"
+    );
+    Err(Refusal::of("surfaces", why))
+}
+
 /// Anti-aliasing and effects work on pictures, and views show values.
 pub(super) fn check_antialiasing(settings: &Settings, lit: bool) -> Result<(), PlanError> {
     let refuse = |why: String| Err(Refusal::of(ANTI_ALIASING, why));
@@ -154,5 +170,32 @@ impl FramePlan {
             false => "perspective",
         });
         Err(PlanError::Change(format!("this camera is {own}, and the frames are planned for a {planned} one")))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plan::samples;
+
+    #[test]
+    fn a_device_whose_shaders_name_few_images_draws_as_many_as_that() {
+        let scenes = samples::scenes();
+        let (_, scene) = scenes.iter().find(|(name, _)| *name == "shadowed-lamps").expect("a sample");
+        let on = |sampled_images: u32, light_path: LightPath| {
+            let settings = Settings { light_path, ..Settings::default() };
+            FramePlan::of(scene, &settings, &Capabilities { sampled_images, ..samples::device() })
+        };
+        let textures =
+            on(16, LightPath::Loop).expect("a plan").textures.sets.values().map(|own| own.len() as u32).max();
+        let textures = textures.expect("a textured material");
+        assert!(textures > 0 && on(textures, LightPath::Loop).is_ok());
+        let refused = on(textures - 1, LightPath::Loop).expect_err("too few").to_string();
+        assert!(
+            refused.contains(&format!("at most {}", textures - 1)) && refused.contains("--shadows off"),
+            "{refused}"
+        );
+        // Lit as they are drawn they name shadow maps, too.
+        assert!(on(textures + 1, LightPath::Forward).is_err() && on(textures + 2, LightPath::Forward).is_ok());
     }
 }

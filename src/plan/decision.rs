@@ -260,6 +260,7 @@ impl FramePlan {
         };
         checks::check_blocks(scene, &plan)?;
         effects::check_plan(&plan, device)?;
+        checks::check_sampled_images(&plan, device)?;
         plan.within_fragment_resources(device)
     }
 }
