@@ -90,7 +90,7 @@ impl Reference<'_> {
         if tint == DVec3::ZERO || met >= MOST_SURFACES {
             return tint * self.background(ray.direction);
         }
-        let own = Reflector::<f64>::new(&ShadingPoint { ray: Some(-view), ..surface }, smith).collector();
+        let own = Reflector::<f64>::new(&self.facing(&surface, hit, view), smith).collector();
         let chosen = facets(surface.roughness, points, met);
         let through = |channel: usize| {
             let way = Way { smith, points, body, ior: body.iors[channel] };
@@ -131,6 +131,15 @@ impl Reference<'_> {
             false => self.within(&next, way, DVec3::ONE, met + 1),
         };
         share * light
+    }
+
+    /// A surface whose normal is turned to the view: the interpolated ones at a rim may not be, nor that of a map at grazing angles, and then light would go nowhere.
+    fn facing(&self, surface: &ShadingPoint, hit: &Hit, view: DVec3) -> ShadingPoint {
+        let [a, b, c] = self.geometry().triangles[hit.triangle].corners;
+        let plane = (b - a).cross(c - a).normalize_or_zero();
+        let all = [surface.normal, surface.geometric_normal, plane, -plane];
+        let normal = all.into_iter().find(|own| own.dot(view) > 0.0).unwrap_or(surface.normal);
+        ShadingPoint { normal, ray: Some(-view), ..*surface }
     }
 
     /// The place of a hit, moved a little along a direction off its triangle.
@@ -197,7 +206,7 @@ impl Reference<'_> {
         }
         // The surface's normal is turned to the inside.
         let view = -ray.direction;
-        let turned = facing(&surface, view);
+        let turned = self.facing(&surface, &hit, view);
         let own = Reflector::<f64>::new(&turned, way.smith).collector();
         let point = facets(surface.roughness, way.points, met).first().copied().flatten();
         let facet = facet_of(&own, view, point);
@@ -218,11 +227,6 @@ impl Reference<'_> {
     }
 }
 
-/// A surface that is seen from within: what mirrors is its normal on that side, whatever a normal map does at grazing angles.
-fn facing(surface: &ShadingPoint, view: DVec3) -> ShadingPoint {
-    let normal = if surface.normal.dot(view) > 0.0 { surface.normal } else { surface.geometric_normal };
-    ShadingPoint { normal, ray: Some(-view), ..*surface }
-}
 
 /// Points of the unit square for the facets of a surface of this roughness: one for each of many samples; none, which stands for the surface itself, where it is as smooth as glass is.
 fn facets(roughness: f64, points: Points, met: u32) -> Vec<Option<DVec2>> {
