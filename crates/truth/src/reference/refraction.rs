@@ -227,7 +227,6 @@ impl Reference<'_> {
     }
 }
 
-
 /// Points of the unit square for the facets of a surface of this roughness: one for each of many samples; none, which stands for the surface itself, where it is as smooth as glass is.
 fn facets(roughness: f64, points: Points, met: u32) -> Vec<Option<DVec2>> {
     match points {

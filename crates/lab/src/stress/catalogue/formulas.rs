@@ -82,6 +82,20 @@ pub const CASES: &[Case] = &[
         let judge = Judge::Sums { of: inputs::SAMPLES, truth: truth::both_sides, weight: truth::cosine_weight };
         Trial { judge, ..each(Formula::Leaf, THROUGH, truth::both_sides, inputs::leaf(share)) }
     })),
+    case("formulas/furnace-sheen", "all that a white sheen of this roughness gets from a white furnace: as the truth has it, and no more than 1")
+        .over(ROUGHNESS, "")
+        .claim([0.0, 1.0], Bound { worst: 1e-5, mean: 2e-6 })
+        .check(Check::Formula(|roughness| {
+            let judge = Judge::Sums { of: inputs::SAMPLES, truth: truth::sheen, weight: truth::cosine_weight };
+            Trial { judge, ..each(Formula::Sheen, REFLECTION, truth::sheen, inputs::leaf(roughness)) }
+        })),
+    case("formulas/furnace-grooves", "all that a white mirror with grooves of this roughness gets from a white furnace, likewise")
+        .over(ROUGHNESS, "")
+        .claim([0.0, 1.0], Bound { worst: 5e-5, mean: 1e-5 })
+        .check(Check::Formula(|roughness| {
+            let judge = Judge::Sums { of: inputs::SAMPLES, truth: truth::grooves, weight: truth::groove_weight };
+            Trial { judge, ..each(Formula::Grooves, GROOVES, truth::grooves, inputs::grooved(roughness)) }
+        })),
     case("formulas/ggx-distribution", "D alone, by roughness, in and around its peak")
         .over(ROUGHNESS, "")
         .claim([0.0, 1.0], Bound { worst: 3e-3, mean: 1e-4 })

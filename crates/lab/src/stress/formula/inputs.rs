@@ -222,6 +222,33 @@ pub fn furnace(roughness: f64, out: bool) -> Vec<Input> {
     inputs
 }
 
+/// The same of a mirror with grooves, of any strength and direction: lights as its facets mirror them.
+pub fn grooved(roughness: f64) -> Vec<Input> {
+    let mut rng = rng(roughness);
+    let edge = SAMPLES.isqrt();
+    let mut inputs = Vec::with_capacity(16 * SAMPLES);
+    for step in 0..16 {
+        let normal = direction(&mut rng).as_vec3().as_dvec3();
+        let view = around(normal, 1.0 - 0.06 * f64::from(step), TAU * rng.f64());
+        let (across, strength) = (around(normal, 0.0, TAU * rng.f64()), share(&mut rng));
+        let [wide, narrow] = super::truth::groove_alphas(roughness, f64::from(strength));
+        for index in 0..SAMPLES {
+            let [u, v] = [index % edge, index / edge].map(|cell| (cell as f64 + rng.f64()) / edge as f64);
+            // As of `furnace`, each axis with its own alpha.
+            let (tangent, (sine, cosine)) = ((u / (1.0 - u)).sqrt(), (TAU * v).sin_cos());
+            let aside = across * (wide * cosine) + normal.cross(across) * (narrow * sine);
+            let half = (aside * tangent + normal).normalize();
+            let light = (2.0 * view.dot(half) * half - view).normalize();
+            inputs.push(packed(
+                [normal, view, light],
+                [roughness as f32, strength],
+                across.to_array().map(|part| part as f32),
+            ));
+        }
+    }
+    inputs
+}
+
 /// Sixteen numbers of which the first are given.
 pub fn filled<const N: usize>(first: [f32; N]) -> Input {
     let mut input = [0.0; 16];

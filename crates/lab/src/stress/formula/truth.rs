@@ -195,6 +195,23 @@ fn furnace_weight(input: &Input, view: DVec3, light: DVec3) -> f64 {
     4.0 * view.dot(half) / (ggx(normal, half, one(input, 3)) * cosine)
 }
 
+/// Alpha along grooves and across them (KHR_materials_anisotropy), by roughness and strength.
+pub fn groove_alphas(roughness: f64, strength: f64) -> [f64; 2] {
+    let alpha = roughness.max(MIN_ROUGHNESS).powi(2);
+    [alpha + (1.0 - alpha) * strength * strength, alpha]
+}
+
+/// One over the density with which [`grooved`](super::inputs::grooved) chooses directions: 4 v.h / (D n.h), with the D of grooves (Burley 2012, equation 13).
+pub fn groove_weight(input: &Input) -> f64 {
+    let (normal, view, across) = (three(input, 0), three(input, 4), three(input, 12));
+    let half = (view + three(input, 8)).normalize();
+    let [wide, narrow] = groove_alphas(one(input, 3), one(input, 7));
+    let across = (across - normal * normal.dot(across)).normalize();
+    let cosine = normal.dot(half);
+    let [x, y] = [across.dot(half) / wide, normal.cross(across).dot(half) / narrow];
+    4.0 * view.dot(half) * PI * wide * narrow * (x * x + y * y + cosine * cosine).powi(2) / cosine
+}
+
 /// Light from everywhere; the output has the cosine to the light in it.
 pub fn furnace_in(input: &Input) -> f64 {
     furnace_weight(input, three(input, 4), three(input, 8))
