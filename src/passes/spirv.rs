@@ -30,11 +30,11 @@ pub fn bound_fragment(variant: &Variant, key: GeometryKey) -> Vec<u32> {
 /// cells, the one word of the type that says so is cleared: then the images are plain, and the layer is a component of the coordinate beyond those
 /// that are needed, which SPIR-V allows ("OpImageSampleImplicitLod"). So plain materials pay nothing, and there is no other variant. A module may have no two
 /// types that are alike ("Universal Validation Rules"). It may have plain images already, so these do not say that they have no depth, which Vulkan
-/// ignores. Size queries on them return two numbers instead of three; shaders use only the first two. Arrays of other sets stay what they are.
+/// ignores. Size queries on them return two numbers instead of three; shaders use only the first two. Arrays of the set of shadow maps stay what they are.
 pub fn with_cells(words: &[u32], (has_extras, cells): (bool, bool)) -> Vec<u32> {
     let mut spirv = words.to_vec();
     if has_extras && !cells {
-        keep_arrays_of_other_sets(&mut spirv);
+        keep_tints_of_shadows(&mut spirv);
         // A type of those comes after the one that it was made of.
         let Some(array) = instructions(&spirv).find(|&at| is_array_of_colors(&spirv[at..])) else { return spirv };
         (spirv[array + DEPTH], spirv[array + ARRAYED]) = (UNTOLD, 0);
@@ -46,8 +46,8 @@ pub fn with_cells(words: &[u32], (has_extras, cells): (bool, bool)) -> Vec<u32> 
     spirv
 }
 
-/// Gives variables of arrays of colours in other sets than the material's a type of their own.
-fn keep_arrays_of_other_sets(spirv: &mut Vec<u32>) {
+/// Gives arrays of colours in the set of shadow maps a type of their own.
+fn keep_tints_of_shadows(spirv: &mut Vec<u32>) {
     let find = |wanted: &dyn Fn(&[u32]) -> bool| instructions(spirv).find(|&at| wanted(&spirv[at..]));
     let Some(array) = find(&|own| is_array_of_colors(own)) else { return };
     let kind = spirv[array + 1];
@@ -56,7 +56,7 @@ fn keep_arrays_of_other_sets(spirv: &mut Vec<u32>) {
     let pointer_kind = spirv[pointer + 1];
     // OpDecorate (71) of a variable with its DescriptorSet (34).
     let others = instructions(spirv)
-        .filter(|&at| spirv[at] & 0xffff == 71 && spirv[at + 2] == 34 && spirv[at + 3] != MATERIAL_SET)
+        .filter(|&at| spirv[at] & 0xffff == 71 && spirv[at + 2] == 34 && spirv[at + 3] == SHADOW_SET)
         .map(|at| spirv[at + 1]);
     let others: Vec<u32> = others.collect();
     // OpVariable (59) begins with the type of its pointer, and its own id.
@@ -130,6 +130,9 @@ fn is_array_of_colors(instruction: &[u32]) -> bool {
 /// The set of a material's textures.
 const MATERIAL_SET: u32 = 1;
 
+/// The set of shadow maps.
+const SHADOW_SET: u32 = 2;
+
 /// The lengths that `shaders/shared/seen.wgsl` declares for its arrays of textures and of samplers, no number twice.
 const DECLARED: [u32; 2] = [1021, 1019];
 
@@ -154,7 +157,7 @@ mod tests {
     use crate::passes::surface::lit_flags;
     use crate::plan::{Capabilities, FramePlan, samples};
     use crate::scene::{Keep, Settings, TextureSlot};
-    use crate::shaders::{forward as shader, geometry};
+    use crate::shaders::{forward as shader, geometry, shadow, tint};
 
     /// Returns the names of a module's variables in set 1, each with the word of its binding.
     fn bound(variant: &Variant, spirv: &[u32]) -> Vec<(&'static str, u32)> {
@@ -166,7 +169,7 @@ mod tests {
     #[test]
     fn no_two_types_of_images_are_alike_with_cells_or_without_and_sizes_are_of_their_type() {
         let (mut plain, mut cleared, mut sized, mut kept) = (0, 0, 0, 0);
-        for variant in shader::VARIANTS.iter().chain(geometry::VARIANTS) {
+        for variant in shader::VARIANTS.iter().chain(geometry::VARIANTS).chain(shadow::VARIANTS).chain(tint::VARIANTS) {
             let Some(fragment) = variant.fragment() else { continue };
             let spirv = with_cells(fragment.spirv.words(), (true, false));
             let images: Vec<_> =
