@@ -4,11 +4,11 @@ use crate::common::gpu::{Gpu, nits, on_gpu, places};
 use crate::common::stage::{add, beam, exact, lambert, plane, point, rectangle, spot, sun};
 use afterlight::scene::builtin::shapes::{self, MeshBuilder};
 use afterlight::scene::{
-    AlphaMode, CastsShadow, Falloff, Light, LightPath, Material, Refraction, Scene, Settings, ShadowFilter,
-    ShadowSettings,
+    AlphaMode, CastsShadow, ColorSpace, Falloff, Light, LightPath, Material, Refraction, Sampler, Scene, Settings,
+    ShadowFilter, ShadowSettings, Texture, TextureSlot, UvMap,
 };
 use afterlight_truth::reference::{CameraView, Effects, Mode, Reference, Smith, TruthOptions};
-use glam::{DAffine3, DQuat, DVec3, Vec3};
+use glam::{DAffine3, DQuat, DVec2, DVec3, Vec3};
 
 const SIZE: [u32; 2] = [65, 65];
 const POINT: TruthOptions = TruthOptions { mode: Mode::Point, smith: Smith::HeightCorrelated };
@@ -92,6 +92,21 @@ fn a_light_through_sheets_and_bodies_has_their_color_as_by_rays() {
             scene
         };
         let through = |veils| wall(sunlight(), veils);
+        // Smooth from texel to texel, of a colour and an alpha of their own, and as it lies or turned.
+        let painted = |map: UvMap| {
+            let mut scene = wall(sunlight(), vec![(sheet(0.7), red(), at(above()))]);
+            let texel = |index: u32| [(index % 8 * 30) as u8, (index / 8 * 30) as u8, 200, (index % 8 * 20) as u8];
+            let (size, texels) = ([8, 8], (0..64).flat_map(texel).collect::<Vec<u8>>());
+            let color_space = ColorSpace::Srgb;
+            let paint =
+                Texture { name: "paint".into(), size, color_space, sampler: Sampler::default(), texels: texels.into() };
+            scene.textures.push(paint);
+            let material = &mut scene.materials[1];
+            (material.base_color, material.base_color_texture, material.alpha) = (Vec3::ONE, Some(0), 1.0);
+            material.uv_maps[TextureSlot::BaseColor as usize] = map;
+            scene
+        };
+        let turned_map = UvMap { rotation: 0.6, scale: DVec2::splat(0.8), ..UvMap::IDENTITY };
         let cases = [
             ("a sheet", through(vec![(sheet(0.7), red(), at(above()))]), [1e-3, 2e-3]),
             ("a tilted sheet", through(vec![(sheet(0.7), red(), turned(above(), 1.0))]), [1e-3, 2e-3]),
@@ -102,6 +117,8 @@ fn a_light_through_sheets_and_bodies_has_their_color_as_by_rays() {
             ),
             ("a veil", through(vec![(sheet(0.7), veil(0.6), at(above()))]), [1e-3, 2e-3]),
             ("a veil of many alphas", of_many_alphas(), [1e-3, 2e-3]),
+            ("a painted sheet", painted(UvMap::IDENTITY), [4e-3, 1e-2]),
+            ("a painted sheet, turned", painted(turned_map), [4e-3, 1e-2]),
             ("a ball", through(vec![(shapes::sphere(0.7, 128), body(1.4), at(above()))]), [5e-3, 4e-2]),
             ("a pane", through(vec![(shapes::cuboid([3.0, 3.0, 0.4]), body(0.4), turned(above(), 0.5))]), [1e-3, 2e-3]),
         ];
