@@ -14,17 +14,18 @@ use crate::scene::OptionalPart;
 
 // ANCHOR: order
 /// The passes of a frame. `Run` records a compute pass. `Draw` is a subpass: its first argument gives it a name, and the passes of the list draw in it. One subpass
-/// after the other joins the same render pass, until a compute pass comes, a subpass that samples what was drawn, or `SplitIf`. `DrawApart` is a render pass by itself, with a subpass for each pass of its list.
+/// after the other joins the same render pass, until a compute pass comes, a subpass that samples what was drawn, or `SplitIf`. `DrawApart` is a render pass by itself, with a
+/// subpass for each pass of its list.
 #[rustfmt::skip]
 pub(super) const ORDER: &[OrderEntry] = &[
     // All that must be ready before surfaces are drawn.
     RunPosed(&skin::PASS),                       // vertices of meshes that skins and shapes deform, when their pose has changed
-    DrawApart(&[&occluders::PASS]),                 // depth of the largest objects, to find out what they hide
+    DrawApart(&[&occluders::PASS]),              // depth of the largest objects, to find out what they hide
     Run(&pyramid::PASS),                         // the least depths of squares of it
     Run(&cull::PASS),                            // which objects are in view, and not hidden
     Run(&arrange::PASS),                         // where the commands of each group of them go: sums of their numbers
     Run(&fill::PASS),                            // those commands, for all that draws surfaces below
-    DrawApart(&[&shadow::PASS, &tint::PASS]),    // depth as lights see it, of those maps in which something has moved, then what transparent surfaces let through
+    DrawApart(&[&shadow::PASS, &tint::PASS]),    // depth as lights see it, of maps in which something has moved; and what transparent surfaces let through
     Run(&scatter::PASS),                         // the light that reaches each froxel of air
     Run(&integrate::PASS),                       // the light scattered on the way to each froxel
     Run(&simulate::PASS),                        // the particles of the moment, with the light on them
