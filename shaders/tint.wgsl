@@ -136,7 +136,7 @@ fn fragment(in: Varying, @builtin(front_facing) front: bool) -> @location(0) vec
     base *= in.color;
 #endif
     let left = 1.0 - saturate(base.a);
-    // Farther from the light by what a texel's own slope makes of it, and by rounding: a surface must not lie in its own shadow.
+    // A surface must not lie in its own shadow: it is stored farther from the light, by the slope bias and a step of the encoding.
     let slope = max(abs(dpdx(in.position.z)), abs(dpdy(in.position.z)));
     let stored = to_half(nearness(in.position.z - push.slope_bias * slope, is_perspective()) - 1.0);
     if GLASS {

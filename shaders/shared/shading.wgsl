@@ -302,8 +302,8 @@ fn light_everywhere(surface: Surface, texel: Texel, model: Model, which: Everywh
 #endif
 #endif
 #ifdef LIGHTS
-    // Mesa 22's lavapipe compiles a shader anew for the numbers of each frame that bound its loops, where that makes it half as long: 0.3 s a frame. A bound that no uniform
-    // tells keeps it from that; this adds 0.
+    // Mesa 22's lavapipe compiles a shader with the values of its uniforms put in, and again for each frame (0.3 s), if that takes away half of it, as it does of loops whose
+    // bounds are uniforms. This term is 0, and hides the bounds from it.
     let untold = u32(texel.position.x > 3e38);
     if which.directional {
         let end = frame.directional_count + untold;

@@ -1,5 +1,5 @@
-// Tints of shadows: a second map beside each shadow map has, of each texel, the share of light that transparent surfaces let through, and how near to the light the
-// nearest of them is. All of them are multiplied into one colour, whatever their order: so what lies between two of them gets the tint of both.
+// Tints of shadows. A second map beside each shadow map has the share of light that transparent surfaces let through, and how near to the light the nearest of them is. All
+// of them are multiplied into one colour: what lies between two of them gets the tint of both.
 #define_import_path afterlight::tints
 
 // The half floats above zero, in their order: nearness is an integer among them, so that the largest of two halves is the nearer of two surfaces, to 1 part in 30000.
@@ -8,7 +8,8 @@ const STEPS: f32 = 30000.0;
 
 // A map's depth as an integer's value, from FIRST for the farthest. Perspective depth spans many powers of two, and its logarithm is stored.
 fn nearness(depth: f32, perspective: bool) -> f32 {
-    let even = select(depth, 1.0 + log2(max(depth, 2.4e-10)) / 32.0, perspective);
+    // Down to 2^-40: a lamp a hundred thousand times as far away as the scene is large.
+    let even = select(depth, 1.0 + log2(max(depth, 9.1e-13)) / 40.0, perspective);
     return FIRST + saturate(even) * STEPS;
 }
 
@@ -19,7 +20,7 @@ fn to_half(nearness: f32) -> f32 {
 // The inverse of `nearness`.
 fn depth_of(nearness: f32, perspective: bool) -> f32 {
     let even = (nearness - FIRST) / STEPS;
-    return select(even, exp2((even - 1.0) * 32.0), perspective);
+    return select(even, exp2((even - 1.0) * 40.0), perspective);
 }
 
 // 0 where there is no surface.

@@ -39,7 +39,7 @@ pub struct Materials {
     layouts: BTreeMap<SetForm, SetLayout>,
     /// By material and sheet of its atlas, for passes that shade.
     sets: BTreeMap<(usize, u32), vk::DescriptorSet>,
-    /// By material and sheet, for SHADOW, which samples the base colour alone.
+    /// By material and sheet, for SHADOW and TINT, which sample the base colour alone.
     holes: BTreeMap<(usize, u32), vk::DescriptorSet>,
     /// Present if a shader looks textures up by their numbers.
     numbered: Option<NumberedTextures>,

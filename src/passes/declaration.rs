@@ -343,8 +343,8 @@ impl ResourceUse {
         let is_depth = self.is_depth();
         match self.how {
             UseKind::Color { .. } | UseKind::Resolve => vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL,
-            // A map is a part of its layer: what changes the layout of the rest as well must be the end of the render pass, for which readers wait. TINT, which only reads, keeps
-            // the layout (VVL 1.3.239 finds readers of the rest unordered after a change between subpasses).
+            // TINT, which only reads, keeps SHADOW's layout, so that it is the end of the render pass that changes it back: for all of the layer, of which the map is a part. After a
+            // change between subpasses layer 1.3.239 takes readers of the rest for unordered.
             UseKind::Depth { .. } if self.writes() || self.resource == Resource::SHADOW_MAPS => {
                 vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL
             }

@@ -212,7 +212,7 @@ fn culled(plan: &FramePlan) -> Option<ResourceUse> {
 /// Looks shadow maps up, where there are some, and their tints.
 fn maps(plan: &FramePlan, uses: Use) -> impl Iterator<Item = ResourceUse> {
     let depth = ResourceUse::resource(Resource::SHADOW_MAPS, uses).because("loads any texel of the shadow maps");
-    let tints = ResourceUse::resource(Resource::SHADOW_TINTS, uses).because("loads any texel of their tints");
+    let tints = ResourceUse::resource(Resource::SHADOW_TINTS, uses).because("names their tints");
     let planned = plan.shadow.as_ref();
     planned.map(|_| depth).into_iter().chain(planned.filter(|own| own.tinted).map(|_| tints))
 }

@@ -111,7 +111,7 @@ pub struct ShadowPass {
     clamp: bool,
 }
 
-/// The one attachment of the pass: the drawn square is cleared, the rest of the layer stays. Between passes it is readable.
+/// A layer of the maps: the drawn square is cleared, the rest of the layer stays. Between passes it is readable.
 pub fn attachment() -> vk::AttachmentDescription {
     vk::AttachmentDescription::default()
         .format(DEPTH)

@@ -35,7 +35,7 @@ pub fn with_cells(words: &[u32], (has_extras, cells): (bool, bool)) -> Vec<u32> 
     let mut spirv = words.to_vec();
     if has_extras && !cells {
         keep_tints_of_shadows(&mut spirv);
-        // A type of those comes after the one that it was made of.
+        // The first is the material's.
         let Some(array) = instructions(&spirv).find(|&at| is_array_of_colors(&spirv[at..])) else { return spirv };
         (spirv[array + DEPTH], spirv[array + ARRAYED]) = (UNTOLD, 0);
         let sizes: Vec<usize> = sizes_of(&spirv, &[spirv[array + 1]]).collect();

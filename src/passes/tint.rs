@@ -162,7 +162,7 @@ impl TintPass {
             textured: object.cuts.texture.is_some(),
             extras: object.cuts.extras,
             through,
-            two_sided: material.two_sided || through == Through::Body,
+            two_sided: object.casts != CastsShadow::Front && (material.two_sided || through == Through::Body),
             mirrored: object.key.mirrored,
             clamps,
         }
@@ -188,9 +188,9 @@ impl TintPass {
         let body = glass.filter(|own| own.thickness > 0.0);
         // As in `shaders/shared/refraction.wgsl`.
         let ball = |own: Refraction| object.round * (4.0 * own.thickness * object.slender - 1.0).clamp(0.0, 1.0);
-        // A texture of metals is not looked at: glass that is metal lets no light through at all.
-        let is_metal = material.texture(TextureSlot::MetallicRoughness).is_none();
-        let kept = if is_metal { 1.0 - material.metallic } else { 1.0 };
+        // With a texture of metalness the factor says nothing, and the texture is not looked at.
+        let is_textured = material.texture(TextureSlot::MetallicRoughness).is_some();
+        let kept = if is_textured { 1.0 } else { 1.0 - material.metallic };
         TintPush {
             uv_rows: recording.textures.uv_rows(
                 object.material,

@@ -2,7 +2,7 @@
 
 use ash::vk;
 
-use super::{Capabilities, FramePlan, Gbuffer, PlanError, Refusal, TextureSource, TooFew, effects};
+use super::{Capabilities, FramePlan, Gbuffer, GeometryKey, PlanError, Refusal, TextureSource, TooFew, effects};
 use crate::scene::{Camera, LightPath, MSAA, SETTINGS, Scene, Settings, View};
 
 /// The name of all that smooths edges, in refusals.
@@ -59,18 +59,19 @@ pub(super) fn check_blocks(scene: &Scene, plan: &FramePlan) -> Result<(), PlanEr
     undecodable.map_or(Ok(()), Err)
 }
 
-/// Refuses surfaces whose pipelines name more images than a shader can: textures of a material, four of the sky and its light, and two of shadow maps where surfaces are lit as they are drawn.
+/// Refuses surfaces whose pipelines name more images than a shader can: textures of a material, those of the sky and its light, and two of shadow maps where surfaces are lit as they are drawn.
 pub(super) fn check_sampled_images(plan: &FramePlan, device: &Capabilities) -> Result<(), PlanError> {
-    let textures = plan.textures.sets.values().map(|slots| slots.len() as u32).max().unwrap_or(0);
-    let sky = if plan.effects.sky.is_some() { 4 } else { 0 };
-    let is_lit_as_drawn = plan.keys().any(|key| key.forward.is_some());
-    let maps = if plan.shadow.is_some() && is_lit_as_drawn { 2 } else { 0 };
-    let (needed, most) = (textures + sky + maps, device.sampled_images);
-    if textures == 0 || needed <= most {
-        return Ok(());
-    }
+    let sky = plan.effects.sky.map_or(0, |own| u32::from(own.shown) + 3 * u32::from(own.lights));
+    let images = |key: &GeometryKey| {
+        let textures = key.textures.slots().count() as u32;
+        let maps = if plan.shadow.is_some() && key.forward.is_some() { 2 } else { 0 };
+        (textures + sky + maps, textures)
+    };
+    let most = device.sampled_images;
+    let worst = plan.keys().chain(&plan.lobes).map(images).max().filter(|&(needed, _)| needed > most);
+    let Some((needed, textures)) = worst else { return Ok(()) };
     let why = format!(
-        "the {textures} textures of a material, the sky and shadow maps are {needed} images in one shader, and this device's name at most {most}: leave out --sky, or ask for --shadows off"
+        "the {textures} textures of a material, the sky and shadow maps are {needed} images in one shader, and this device's name at most {most}: leave out --sky, or ask for --light-path loop or --shadows off"
     );
     Err(Refusal::of("surfaces", why))
 }

@@ -121,7 +121,9 @@ impl ShadowPlan {
         if size == 0 || size > device.max_extent {
             return Err(PlanError::ShadowSize(size, device.max_extent));
         }
-        let (plan, warnings) = Self::of(scene, settings, (lights, directions), device);
+        // Other views draw nothing transparent.
+        let tinted = shading == Shading::Light { light_only: false } && effects::tints_are_asked_for(scene, settings);
+        let (plan, warnings) = Self::of(scene, settings, (lights, directions, tinted), device);
         if plan.is_none() && is_shown {
             return Err(PlanError::NoShadowMap(warnings.join("; ")));
         }
@@ -133,11 +135,10 @@ impl ShadowPlan {
     fn of(
         scene: &Scene,
         settings: &Settings,
-        (order, directions): (&LightOrder, u32),
+        (order, directions, tinted): (&LightOrder, u32, bool),
         device: &Capabilities,
     ) -> (Option<Self>, Vec<String>) {
         let shadows = &settings.shadows;
-        let tinted = effects::tints_are_asked_for(scene, settings);
         let layer_bytes = u64::from(shadows.size) * u64::from(shadows.size) * texel_bytes(tinted);
         let within_budget = u32::try_from((u64::from(shadows.budget) << 20) / layer_bytes).unwrap_or(u32::MAX);
         let most = within_budget.min(device.max_layers);
@@ -174,7 +175,7 @@ impl ShadowPlan {
                 let by_device = within_budget > most;
                 let mut why = short.reason(shadows, by_device, most);
                 if short == Short::Layers && !by_device {
-                    why += remedy.get_or_insert_with(|| Self::remedy(scene, settings, order, device));
+                    why += remedy.get_or_insert_with(|| Self::remedy(scene, settings, (order, tinted), device));
                 }
                 unserved.push((source.name.as_str(), why, found.is_some()));
             }
@@ -214,9 +215,14 @@ impl ShadowPlan {
     }
 
     /// Returns the change that would give all lights their maps: the budget that they need at this size, or the size at which they are within the budget.
-    fn remedy(scene: &Scene, settings: &Settings, order: &LightOrder, device: &Capabilities) -> String {
+    fn remedy(
+        scene: &Scene,
+        settings: &Settings,
+        (order, tinted): (&LightOrder, bool),
+        device: &Capabilities,
+    ) -> String {
         let shadows = ShadowSettings { budget: u32::MAX, ..settings.shadows };
-        let whole = Self::of(scene, &Settings { shadows, ..settings.clone() }, (order, 0), device).0;
+        let whole = Self::of(scene, &Settings { shadows, ..settings.clone() }, (order, 0, tinted), device).0;
         let ShadowSettings { budget, size, .. } = settings.shadows;
         let Some(needed) = whole.map(|plan| plan.bytes().div_ceil(1 << 20)) else { return String::new() };
         let smaller = (1..).map(|halved| size >> halved).find(|&smaller| {
@@ -269,6 +275,11 @@ impl ShadowPlan {
     /// Device memory of all layers, with their tints.
     pub fn bytes(&self) -> u64 {
         self.texels() * texel_bytes(self.tinted)
+    }
+
+    /// Device memory of the tints alone.
+    pub fn tint_bytes(&self) -> u64 {
+        self.texels() * (texel_bytes(self.tinted) - texel_bytes(false))
     }
 
     /// Texels of all layers.

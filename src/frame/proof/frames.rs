@@ -19,7 +19,6 @@ use crate::plan::FramePlan;
 mod prefilter;
 
 const BUFFER: L = L::UNDEFINED;
-/// Two layers of the image of all shadow maps: one drawn in most frames, one looked up before it is first drawn.
 const TEXTURE: Memory = Memory::of(Resource::Textures);
 const LEVELS: [Memory; 3] =
     [Memory::part(Resource::Textures, 1), Memory::part(Resource::Textures, 2), Memory::part(Resource::Textures, 3)];
@@ -385,6 +384,7 @@ fn memory_of(plan: &FramePlan, resource: Resource, place: usize) -> Vec<Memory> 
         Resource::Target(target) if target == plan.picture() && plan.draws_into_swapchain() => {
             vec![Memory::of(Resource::SwapchainImage)]
         }
+        // Two maps: one drawn in most frames, one looked up before it is first drawn.
         Resource::Maps(_) => [0, 1].map(|map| Memory::part(resource, map)).to_vec(),
         Resource::Textures => {
             let levels = LEVELS.into_iter().filter(|_| plan.uploads.mip_levels);

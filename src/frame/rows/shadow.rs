@@ -39,9 +39,17 @@ pub(in crate::frame) fn attachments(plan: &FramePlan) -> Vec<(Resource, vk::Atta
 /// None where the plan has no maps.
 pub(super) fn rows(plan: &FramePlan, steps: &[Step]) -> Vec<Row> {
     let clear = |(image, [before, after]): (Resource, ClearRows)| {
-        let (layout, drawn) = match image {
-            Resource::SHADOW_TINTS => (TINT_LAYOUT, (tint::PASS.place, tint::TINT_CLEAR)),
-            _ => (ATLAS_LAYOUT, (shadow::PASS.place, shadow::MAP_CLEAR)),
+        let (layout, drawn, why) = match image {
+            Resource::SHADOW_TINTS => (
+                TINT_LAYOUT,
+                (tint::PASS.place, tint::TINT_CLEAR),
+                "tints that no frame has drawn yet are sampled, or drawn by TINT, which waits for samplers",
+            ),
+            _ => (
+                ATLAS_LAYOUT,
+                (shadow::PASS.place, shadow::MAP_CLEAR),
+                "a map that no frame has drawn yet is sampled, or drawn by SHADOW, which waits for samplers",
+            ),
         };
         // Who draws waits for readers, and so for the clear as well.
         let (reader, read) = waits::readers(plan, steps, image).unwrap_or(drawn);
@@ -53,7 +61,7 @@ pub(super) fn rows(plan: &FramePlan, steps: &[Step]) -> Vec<Row> {
             barrier(after, CLEARED, layout)
                 .from(PassName::CLEAR, &[shadow_clear::WRITE])
                 .to(reader, &[read])
-                .because("a map that no frame has drawn yet is sampled, or drawn by SHADOW, which waits for samplers"),
+                .because(why),
         ]
     };
     images(plan).flat_map(clear).collect()

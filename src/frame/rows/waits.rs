@@ -164,7 +164,7 @@ pub fn rows(plan: &FramePlan, steps: &[Step]) -> Vec<Wait> {
 /// All uses of a resource by passes that only read it, and the first of these; `None` if no pass reads it.
 pub fn readers(plan: &FramePlan, steps: &[Step], resource: Resource) -> Option<(PassName, Use)> {
     let stops = stops(plan, steps);
-    let reads = |touch: &&ResourceUse| touch.resource == resource && !touch.writes();
+    let reads = |touch: &&ResourceUse| touch.resource == resource && !touch.writes() && !touch.is_attachment();
     let of = |stop: &Stop| stop.touches.iter().filter(reads).map(|touch| (stop.place, touch.uses)).collect::<Vec<_>>();
     stops.iter().flat_map(of).reduce(|(first, all), (_, uses)| (first, all.or(uses)))
 }

@@ -13,11 +13,13 @@ pub(crate) const EFFECT: Effect = Effect {
     name: "tinted shadows",
     is_plural: true,
     is_asked_for: are_asked_for,
+    off: Some(("--tinted-shadows off", |settings| settings.shadows.tinted = false)),
+    is_set_aside: true,
     is_in: |plans| plans.tints,
     absence: |own| match () {
         () if !own.planned.shadows.tinted => "not asked for: transparent surfaces cast no shadow",
         () if !any_veil(own.scene) => "no transparent surface casts a shadow",
-        () => "no shadow maps",
+        () => "no shadow map, or a view in which nothing transparent is drawn",
     },
     parts: |_, _, plan| {
         let (reason, bytes) = match &plan.shadow {
@@ -40,11 +42,15 @@ pub fn are_asked_for(scene: &Scene, settings: &Settings) -> bool {
 
 /// Returns true if light that passes through a surface is less than it was. Coats lie on what stops it.
 fn is_veil(material: &Material) -> bool {
-    matches!(material.alpha_mode, AlphaMode::Blend | AlphaMode::Glass)
+    let is_there = material.alpha_mode == AlphaMode::Blend && material.alpha > 0.0;
+    is_there || material.alpha_mode == AlphaMode::Glass
 }
 
 fn any_veil(scene: &Scene) -> bool {
-    let is_one = |object: &Object| is_veil(&scene.materials[object.material]) && object.casts_shadow != CastsShadow::No;
+    let is_one = |object: &Object| {
+        let casts = object.casts_shadow != CastsShadow::No && !scene.meshes[object.mesh].is_strokes;
+        casts && is_veil(&scene.materials[object.material])
+    };
     scene.objects.iter().any(is_one)
 }
 
@@ -72,9 +78,4 @@ impl SurfaceRules<'_> {
 impl ShadowPlan {
     /// The format of tints: every device blends it.
     pub const TINT: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
-
-    /// Device memory of the tints.
-    pub fn tint_bytes(&self) -> u64 {
-        self.bytes() - Self { tinted: false, ..self.clone() }.bytes()
-    }
 }

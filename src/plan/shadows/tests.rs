@@ -31,7 +31,7 @@ fn spot() -> Light {
 fn tiles_on(device: &Capabilities, lights: Vec<Light>, shadows: ShadowSettings) -> (Option<ShadowPlan>, Vec<String>) {
     let scene = samples::scene(vec![Material::default()], lights);
     let settings = Settings { shadows, keep: Keep::NONE.with(OptionalPart::IdleLights), ..Settings::default() };
-    ShadowPlan::of(&scene, &settings, (&LightOrder::of(&scene, &settings), 0), device)
+    ShadowPlan::of(&scene, &settings, (&LightOrder::of(&scene, &settings), 0, false), device)
 }
 
 fn tiles_of(lights: Vec<Light>, shadows: ShadowSettings) -> (Option<ShadowPlan>, Vec<String>) {
@@ -123,7 +123,7 @@ fn tiles_under_sky(lights: Vec<Light>, directions: u32, budget: u32) -> (Option<
     let scene = samples::scene(vec![Material::default()], lights);
     let shadows = ShadowSettings { size: 1024, budget, ..three() };
     let settings = Settings { shadows, ..Settings::default() };
-    ShadowPlan::of(&scene, &settings, (&LightOrder::of(&scene, &settings), directions), &samples::device())
+    ShadowPlan::of(&scene, &settings, (&LightOrder::of(&scene, &settings), directions, false), &samples::device())
 }
 
 #[test]

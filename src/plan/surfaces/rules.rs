@@ -33,10 +33,10 @@ pub(crate) struct SurfaceRules<'a> {
     pub keep: Keep,
 }
 
-/// The holes of a caster, through which light passes.
+/// The holes of a caster, through which light passes, and what differs from place to place of one that lets light through.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Cuts {
-    /// The texture whose alpha counts; none where that of vertices alone does.
+    /// The texture whose alpha counts, and of a veil its colour; none where that of vertices alone does.
     pub texture: Option<usize>,
     pub extras: Extras,
 }

@@ -176,7 +176,7 @@ pub struct TexturePlan {
     pub images: Vec<PlannedTexture>,
     /// By material, the images that its pipelines sample: exactly those that they bind.
     pub sets: BTreeMap<usize, BTreeMap<TextureSlot, usize>>,
-    /// By material, the base colour that cuts holes into its shadow.
+    /// By material, the base colour that cuts holes into its shadow, or tints it.
     pub holes: BTreeMap<usize, usize>,
     /// Materials with UV maps in the frame's buffer, in the order of their records there.
     pub mapped: Vec<usize>,

@@ -28,7 +28,7 @@ pub struct TracedObject<'a> {
     pub material: &'a Material,
     pub look: Look,
     pub receives_shadow: bool,
-    casts_shadow: CastsShadow,
+    pub(super) casts_shadow: CastsShadow,
     mirrored: bool,
     cutoff: Option<f64>,
     /// From mesh space to the world, for directions along surfaces and for normals.

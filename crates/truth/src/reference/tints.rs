@@ -1,11 +1,11 @@
-//! Shadows of transparent surfaces: the share of light that they leave to what lies behind them, by rays that go straight on. What light bends in a body of glass to, its bright
-//! spots among them, is not worked out.
+//! Shadows of transparent surfaces: the share of light that they leave to what lies behind them, by rays that go straight on. Refraction, and so caustics, are left out.
 
 use glam::DVec3;
 
 use super::intersect::Ray;
 use super::refraction::Body;
 use super::render::Reference;
+use afterlight_scene::CastsShadow;
 
 impl Reference<'_> {
     /// Share of light that surfaces on a ray leave.
@@ -30,7 +30,9 @@ impl Reference<'_> {
             let enters = !hit.front;
             let body = self.body_of(&hit);
             let is_solid = body.is_some_and(|own| !own.is_thin);
-            if !enters && !material.two_sided && !is_solid {
+            let is_front_alone = self.geometry().object(&hit).casts_shadow == CastsShadow::Front;
+            let is_met = enters || !is_front_alone && (material.two_sided || is_solid);
+            if !is_met && !is_solid {
                 continue;
             }
             let (surface, _) = self.surface_of(&hit, ray);
@@ -42,7 +44,9 @@ impl Reference<'_> {
             let [a, b, c] = self.geometry().triangles[hit.triangle].corners;
             let cosine = ((b - a).cross(c - a).normalize_or_zero().dot(ray.direction) / stretch).abs().min(1.0);
             let facing = f64::from(material.reflectance.max_element());
-            left *= 1.0 - (facing + (1.0 - facing) * (1.0 - cosine).powi(5));
+            if is_met {
+                left *= 1.0 - (facing + (1.0 - facing) * (1.0 - cosine).powi(5));
+            }
             if enters || body.is_thin {
                 left *= surface.albedo * ((1.0 - surface.metallic) * open);
             }
@@ -55,7 +59,9 @@ impl Reference<'_> {
                 }
             }
         }
-        ways.into_iter().fold(left, |left, (_, body, way)| left * body.left_after(way.max(0.0)))
+        // A way below 0 has an end alone: the light is within the body.
+        let whole = |way: f64| if way < 0.0 { way + limit * stretch } else { way };
+        ways.into_iter().fold(left, |left, (_, body, way)| left * body.left_after(whole(way)))
     }
 }
 
