@@ -163,8 +163,11 @@ impl Frame {
         self.subpasses(frame, (&begin, subpasses), times);
     }
 
-    /// The render pass of shadow maps: once for each map that the frame draws anew, all of them with one time.
+    /// The render pass of shadow maps: once for each map that the frame draws anew, all of them with one time, and in a label that is there if no map is drawn.
     fn maps(&self, frame: &FrameContext, subpasses: &[Subpass], times: &mut Option<Timestamps>) {
+        let passes = || subpasses.iter().flat_map(|own| &own.passes);
+        let (Some(named), Some(last)) = (passes().next(), passes().last()) else { return };
+        frame.begin(named);
         let mut first = 0;
         for draw in frame.stale_maps {
             let Some(view) = &frame.visible.shadows[draw.map] else { continue };
@@ -174,9 +177,7 @@ impl Frame {
             }
             first += draw.casters.len() as u32;
         }
-        if let Some(last) = subpasses.iter().flat_map(|own| &own.passes).last() {
-            Timestamps::stamp(times, frame.cmd, last.time);
-        }
+        frame.end(times, last);
     }
 
     fn subpasses(

@@ -47,7 +47,7 @@ pub const ATLAS_LAYOUT: vk::ImageLayout = vk::ImageLayout::DEPTH_STENCIL_READ_ON
 /// The same of the tints.
 pub const TINT_LAYOUT: vk::ImageLayout = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
 
-/// All light passes, and no surface is near to it.
+/// All of the light passes, and there is no transparent surface.
 const NOTHING_TINTED: [f32; 4] = [1.0, 1.0, 1.0, 0.0];
 
 /// The barriers around an image's first clear.
@@ -80,9 +80,9 @@ pub struct ShadowAtlas {
 /// An image with a layer for each of the atlas.
 pub struct LayeredImage {
     pub image: Image,
-    /// Of one layer each, to draw into.
+    /// A view of each layer, to draw into.
     pub layers: Vec<Owned<vk::ImageView>>,
-    /// Of all, also where there is but one.
+    /// Of all layers: an array for shaders, even of one layer.
     array: Owned<vk::ImageView>,
 }
 

@@ -144,7 +144,7 @@ pub enum Resource {
     Staging,
 }
 
-/// The images of shadow maps. Their parts are drawn apart from each other, and stay until they are drawn anew.
+/// The images of shadow maps. A map is a part of each of them. It is drawn in a render pass of its own, and kept for later frames.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum MapImage {
     Depth,

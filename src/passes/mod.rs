@@ -289,9 +289,9 @@ pub struct SetLayouts {
 #[derive(Clone, Copy)]
 pub struct MapRecording<'a> {
     pub view: &'a ShadowView,
-    /// Opaque ones.
+    /// The opaque casters.
     pub casters: &'a [Caster],
-    /// Those that let light through.
+    /// Casters that let light through.
     pub tinting: &'a [Caster],
     /// The place of the first caster among the frame's; tinting ones follow.
     pub first: u32,

@@ -30,7 +30,7 @@ pub fn bound_fragment(variant: &Variant, key: GeometryKey) -> Vec<u32> {
 /// cells, the one word of the type that says so is cleared: then the images are plain, and the layer is a component of the coordinate beyond those
 /// that are needed, which SPIR-V allows ("OpImageSampleImplicitLod"). So plain materials pay nothing, and there is no other variant. A module may have no two
 /// types that are alike ("Universal Validation Rules"). It may have plain images already, so these do not say that they have no depth, which Vulkan
-/// ignores. Size queries on them return two numbers instead of three; shaders use only the first two. Arrays of the set of shadow maps stay what they are.
+/// ignores. Size queries on them return two numbers instead of three; shaders use only the first two. The tints of shadow maps stay an array.
 pub fn with_cells(words: &[u32], (has_extras, cells): (bool, bool)) -> Vec<u32> {
     let mut spirv = words.to_vec();
     if has_extras && !cells {
@@ -46,7 +46,7 @@ pub fn with_cells(words: &[u32], (has_extras, cells): (bool, bool)) -> Vec<u32> 
     spirv
 }
 
-/// Gives arrays of colours in the set of shadow maps a type of their own.
+/// Gives the array of shadow tints a type of its own, which keeps its layers.
 fn keep_tints_of_shadows(spirv: &mut Vec<u32>) {
     let find = |wanted: &dyn Fn(&[u32]) -> bool| instructions(spirv).find(|&at| wanted(&spirv[at..]));
     let Some(array) = find(&|own| is_array_of_colors(own)) else { return };

@@ -113,7 +113,7 @@ struct TintKey {
 
 struct TintPass {
     plain_layout: Owned<vk::PipelineLayout>,
-    /// For surfaces with a texture, where the scene has some.
+    /// For surfaces with a texture; none where no surface has one.
     textured_layout: Option<Owned<vk::PipelineLayout>>,
     pipelines: BTreeMap<TintKey, Owned<vk::Pipeline>>,
     brdf_override: Option<Brdf>,
@@ -210,7 +210,7 @@ impl TintPass {
 }
 
 impl PassRecorder for TintPass {
-    /// Draws the transparent surfaces of one map, in its render pass. Each has numbers of its own, so that there is a command for each.
+    /// Draws the transparent surfaces of one map, in its render pass. Push constants differ from object to object, so that each has a command.
     fn record(&self, recording: &FrameContext) {
         let Some(map) = recording.map.as_ref().filter(|map| !map.tinting.is_empty()) else { return };
         let &MapRecording { view, casters, tinting, first } = map;

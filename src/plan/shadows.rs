@@ -287,12 +287,12 @@ impl ShadowPlan {
         u64::from(self.layers) * u64::from(self.size) * u64::from(self.size)
     }
 
-    /// Returns the filter's code for shaders, and whether lookups read tints (`shaders/shared/shadows.wgsl`).
+    /// Returns the code of lookups for shaders: the filter, with a bit more where tints are read (`shaders/shared/shadows.wgsl`).
     pub(crate) fn filter_code(&self) -> u32 {
         self.code_of(self.filter)
     }
 
-    /// The same of maps of the sky's directions.
+    /// The same for maps of the sky's directions, whose filter is always 2x2.
     pub(crate) fn sky_filter_code(&self) -> u32 {
         self.code_of(ShadowFilter::Box2)
     }

@@ -201,6 +201,20 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     },
     UnreportedMutants {
         seen_from: None,
+        is_about: |missing| {
+            let Row { from, carrier, after, .. } = missing.row;
+            let is_color = matches!(carrier, SyncKind::ImageBarrier(_, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL));
+            let is_cleared = *from == PassName::CLEAR && is_color;
+            is_cleared && after.stage.contains(S::FRAGMENT_SHADER) && missing.is_after(S::COMPUTE_SHADER, A::empty())
+        },
+        section: "Pipeline Stages",
+        says: "Its first access scope only includes memory accesses performed by pipeline stages explicitly specified in the source stage \
+               mask",
+        why: "the first frame draws the tints of all layers before a dispatch looks them up, and their layout changes in between, after both stages. The row \
+              is about layers that no frame has drawn yet",
+    },
+    UnreportedMutants {
+        seen_from: None,
         is_about: |missing| missing.is_of_attachment(),
         section: "Rasterization Order",
         says: IN_ORDER,

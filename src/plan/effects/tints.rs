@@ -40,7 +40,7 @@ pub fn are_asked_for(scene: &Scene, settings: &Settings) -> bool {
     settings.shadows.tinted && any_veil(scene)
 }
 
-/// Returns true if light that passes through a surface is less than it was. Coats lie on what stops it.
+/// Returns true if a surface lets a part of the light through. A coat lies on an opaque surface, which stops all of it.
 fn is_veil(material: &Material) -> bool {
     let is_there = material.alpha_mode == AlphaMode::Blend && material.alpha > 0.0;
     is_there || material.alpha_mode == AlphaMode::Glass

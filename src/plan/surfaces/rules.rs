@@ -33,10 +33,10 @@ pub(crate) struct SurfaceRules<'a> {
     pub keep: Keep,
 }
 
-/// The holes of a caster, through which light passes, and what differs from place to place of one that lets light through.
+/// The parts of a caster's material that differ from place to place: the holes of a mask, or the colour and alpha of a surface that lets light through.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Cuts {
-    /// The texture whose alpha counts, and of a veil its colour; none where that of vertices alone does.
+    /// The texture whose alpha counts, and whose colour where light is let through; none where vertices alone differ.
     pub texture: Option<usize>,
     pub extras: Extras,
 }
@@ -140,7 +140,7 @@ impl<'a> SurfaceRules<'a> {
     /// Returns the holes that its shadow would have.
     pub fn cuts(&self, object: &Object) -> Cuts {
         let material = self.material(object);
-        // What lets light through differs from place to place by the same texture and colours.
+        // Light that is let through depends on the same texture and colours of vertices.
         let varies = material.is_masked() || self.is_veil(object);
         let texture = material.base_color_texture.filter(|_| varies);
         let map = material.uv_maps[TextureSlot::BaseColor as usize];

@@ -62,7 +62,7 @@ const CASTER_STEPS: u32 = 16;
 impl WorldObject {
     /// Returns the key by which pipelines of casters differ.
     fn caster_pipeline(&self) -> (bool, bool, CastsShadow, bool) {
-        // Those that let light through come last.
+        // Transparent casters come last: TINT draws them.
         (self.transparent, self.key.masked, self.casts, self.key.mirrored)
     }
 
