@@ -303,8 +303,8 @@ fn light_everywhere(surface: Surface, texel: Texel, model: Model, which: Everywh
 #endif
 #ifdef LIGHTS
     // Mesa 22's lavapipe compiles a shader with the values of its uniforms put in, and again for each frame (0.3 s), if that takes away half of it, as it does of loops whose
-    // bounds are uniforms. This term is 0, and hides the bounds from it.
-    let untold = u32(texel.position.x > 3e38);
+    // bounds are uniforms. This term hides the bounds from it: a cosine is never above 2, nor is one that is no number.
+    let untold = u32(surface.n_dot_v > 2.0);
     if which.directional {
         let end = frame.directional_count + untold;
         for (var i = 0u; i < end; i++) {
