@@ -511,7 +511,7 @@ settings! {
         "shadow-filter", "filter" => shadow_filter, filter: ShadowFilter = ShadowFilter::Box2, {
             title: "shadow filter", sweep: SweepMode::Joint, quick: &["none", "5x5", "pcss"], cheaper: &["none"],
         }
-        /// Give transparent surfaces a shadow, tinted by what they let through, from a second map
+        /// Draw shadows of transparent surfaces, in the colour of the light that they let through
         "tinted-shadows", "tinted" => tinted_shadows, tinted: bool = false, {
             title: "tinted shadows", of_truth: true,
         }

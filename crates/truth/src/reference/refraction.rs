@@ -21,7 +21,7 @@ use afterlight_scene::AlphaMode;
 const FACETS: u32 = 64;
 /// Parts of light below that share of it are followed no further.
 const LEAST_SHARE: f64 = 1e-3;
-/// Surfaces that one ray meets, at most: what is caught in a wall goes on for long, and then sees the background.
+/// The most surfaces that one ray meets. Light that is mirrored on and on within a wall of glass is then taken to come from the background.
 const MOST_SURFACES: u32 = 24;
 
 /// The body of a glass surface.
@@ -133,7 +133,7 @@ impl Reference<'_> {
         share * light
     }
 
-    /// A surface whose normal is turned to the view: the interpolated ones at a rim may not be, nor that of a map at grazing angles, and then light would go nowhere.
+    /// The surface with a normal that faces the viewer. Interpolated normals at a rim and normals of a map at grazing angles may face away, and light could not leave there.
     fn facing(&self, surface: &ShadingPoint, hit: &Hit, view: DVec3) -> ShadingPoint {
         let [a, b, c] = self.geometry().triangles[hit.triangle].corners;
         let plane = (b - a).cross(c - a).normalize_or_zero();

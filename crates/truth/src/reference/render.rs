@@ -160,8 +160,8 @@ impl<'a> Reference<'a> {
     }
 
     /// Returns the share of a light that the nearest opaque surface there sees, 0 to 1, by [`sampling::DISC_POINTS`] points of a light that has a
-    /// size; 1 where nothing is seen, and without shadows. A surface that lets light through sees those behind it from its back. Lights that cast no shadow and surfaces that receive none count as if they did. In a
-    /// tinted shadow it is the largest share of the three colours.
+    /// size; 1 where nothing is seen, and without shadows. For a light behind a surface that lets light through, the rays start at its back. Lights that cast no shadow and surfaces that receive none count as if they did. In a
+    /// tinted shadow it is that of the colour with the largest share.
     pub fn visibility(&self, view: &CameraView, pixel: DVec2, light: usize) -> f64 {
         if !self.shadows {
             return 1.0;

@@ -1,4 +1,4 @@
-//! Shadows of transparent surfaces: the share of light that they leave to what lies behind them, by rays that go straight on. Refraction, and so caustics, are left out.
+//! Shadows of transparent surfaces: the share of light that they let through, along straight rays to the light. Refraction, and so caustics, are left out.
 
 use glam::DVec3;
 
@@ -17,12 +17,12 @@ impl Reference<'_> {
         }
     }
 
-    /// The share of light on a ray from a receiver that transparent surfaces before `limit` leave. It goes straight on: each surface is met as an eye at the light would see it. What is
-    /// blended over leaves what its alpha does; glass mirrors a part at each surface, and absorbs light on its way through a body.
+    /// The share of light that transparent surfaces before `limit` let through, on a straight ray from a receiver to a light. Sides count as an eye at the light would see them. A blended surface
+    /// lets 1 - alpha through; glass reflects a part at each surface, and a body of glass absorbs light along the way in it.
     pub(super) fn left_by_veils(&self, ray: &Ray, limit: f64) -> DVec3 {
         let stretch = ray.direction.length();
         let mut left = DVec3::ONE;
-        // Of each body: the way within it so far.
+        // For each body, the metres of the ray within it.
         let mut ways: Vec<(u32, Body, f64)> = Vec::new();
         for hit in self.geometry().veils(ray, limit) {
             let material = self.geometry().object(&hit).material;

@@ -83,7 +83,7 @@ fn red() -> Material {
     Material { base_color: Vec3::new(0.9, 0.2, 0.1), ..Material::clear_glass(Refraction::THIN) }
 }
 
-/// The shadow that a sheet behind the eye throws onto the floor, tilted by so much, `height` metres above it; all of it `size` times as large.
+/// A tilted sheet `height` metres above a floor in the sun, and the camera that sees its shadow. All lengths are multiplied by `size`.
 fn shadow(material: Material, (tilt, size): (f64, f64), height: f64) -> Subject {
     let mut stage = SceneBuilder::default();
     let plaster = stage.material(Material { base_color: Vec3::splat(0.6), roughness: 1.0, ..Material::default() });
@@ -105,7 +105,7 @@ fn shadow(material: Material, (tilt, size): (f64, f64), height: f64) -> Subject 
         size: Some([48, 48]),
         ..SettingsPatch::default()
     };
-    // Of the lit floor.
+    // Errors are relative to the light of the floor where the sun falls on it.
     Subject { floor: 0.6, ..Subject::with(stage.scene, own.or(&float32())) }
 }
 

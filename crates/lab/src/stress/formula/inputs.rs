@@ -222,7 +222,7 @@ pub fn furnace(roughness: f64, out: bool) -> Vec<Input> {
     inputs
 }
 
-/// The same of a mirror with grooves, of any strength and direction: lights as its facets mirror them.
+/// A white mirror with grooves of any strength and direction in a white furnace. Directions of light are chosen as in [`furnace`], by the distribution of facets.
 pub fn grooved(roughness: f64) -> Vec<Input> {
     let mut rng = rng(roughness);
     let edge = SAMPLES.isqrt();

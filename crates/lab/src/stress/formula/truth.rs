@@ -135,7 +135,7 @@ fn leaf(input: &Input) -> (Reflector<f64>, Vector3<f64>, f64) {
     (reflector, Vector3::new(light.x, light.y, light.z), normal.dot(light))
 }
 
-/// Light through a surface: the light comes from the direction opposite to that of the input.
+/// Light through a surface, from a light behind it: opposite to the direction in the input.
 pub fn through(input: &Input) -> FormulaTruth {
     let (reflector, opposite, cosine) = leaf(input);
     let held = cosine >= HORIZON && unit(input, 0).dot(unit(input, 4)) >= HORIZON;
