@@ -12,11 +12,12 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use afterlight::frame::{Pixels, Renderer};
-use afterlight::gpu::sync::Use;
+use afterlight::gpu::barrier::memory_barrier;
+use afterlight::gpu::sync::{Dependency, Use};
 use afterlight::gpu::{
-    Buffer, CommandBuffer, DepthState, Device, DeviceChoice, Framebuffer, GraphicsPipeline, GraphicsPipelineDesc,
+    Buffer, CommandBuffer, DepthState, Device, DeviceChoice, Framebuffer, GraphicsPipeline, GraphicsPipelineDesc, PipelinePlace,
     Image, ImageDesc, Instance, InstanceOptions, Location, MemoryKind, MessageKind, Owned, RenderPass, ShaderStage,
-    SubpassDesc, UploadOrder, Uploader, Validation, framebuffer, pipeline_layout, vk,
+    SubpassDesc, SubpassOrder, UploadOrder, Uploader, Validation, framebuffer, pipeline_layout, vk,
 };
 use afterlight::passes::copy;
 use afterlight::scene::{
@@ -209,8 +210,8 @@ impl Least {
             mesh.positions.iter().zip(&mesh.normals).map(|(p, n)| [p[0], p[1], p[2], n[0], n[1], n[2]]).collect();
         let indices: Vec<u16> =
             mesh.indices.iter().map(|&index| u16::try_from(index)).collect::<std::result::Result<_, _>>()?;
-        let reads = vk::AccessFlags::VERTEX_ATTRIBUTE_READ | vk::AccessFlags::INDEX_READ;
-        let drawn = Use::new(vk::PipelineStageFlags::VERTEX_INPUT, reads);
+        let reads = vk::AccessFlags2::VERTEX_ATTRIBUTE_READ | vk::AccessFlags2::INDEX_READ;
+        let drawn = Use::new(vk::PipelineStageFlags2::VERTEX_INPUT, reads);
         let mut uploader = Uploader::new(device, 4 << 20, UploadOrder::before(drawn, drawn))?;
         let mut upload = |name: &str, bytes: &[u8], usage| -> Result<Buffer> {
             let usage = usage | vk::BufferUsageFlags::TRANSFER_DST;
@@ -304,15 +305,12 @@ impl Least {
                 layer_count: 1,
             })
             .image_extent(vk::Extent3D { width, height, depth: 1 });
-        let mapped =
-            vk::MemoryBarrier::default().src_access_mask(copy::WRITE.access).dst_access_mask(copy::HOST_READ.access);
         // SAFETY: the image is in this layout after its pass, and the buffer holds all of it.
         unsafe {
             let (gpu, cmd, layout) = (&self.device.raw, command.raw, vk::ImageLayout::TRANSFER_SRC_OPTIMAL);
             gpu.cmd_copy_image_to_buffer(cmd, self.output.raw, layout, buffer.raw, &[region]);
-            let (before, after) = (copy::WRITE.stage, copy::HOST_READ.stage);
-            gpu.cmd_pipeline_barrier(cmd, before, after, vk::DependencyFlags::empty(), &[mapped], &[], &[]);
         }
+        memory_barrier(&self.device, command.raw, Dependency::between(copy::WRITE, copy::HOST_READ));
         command.end()?;
         let ticket = self.device.submit(command)?;
         self.device.wait(ticket)?;
@@ -343,30 +341,27 @@ fn render_pass(device: &Arc<Device>) -> Result<RenderPass> {
         depth: Some(vk::AttachmentReference { attachment: 0, layout: depth }),
         ..SubpassDesc::default()
     };
-    let tests = vk::PipelineStageFlags::EARLY_FRAGMENT_TESTS | vk::PipelineStageFlags::LATE_FRAGMENT_TESTS;
-    let written = vk::AccessFlags::COLOR_ATTACHMENT_WRITE
-        | vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_READ
-        | vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_WRITE;
-    let drawn = vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT;
+    let tests = vk::PipelineStageFlags2::EARLY_FRAGMENT_TESTS | vk::PipelineStageFlags2::LATE_FRAGMENT_TESTS;
+    let written = vk::AccessFlags2::COLOR_ATTACHMENT_WRITE
+        | vk::AccessFlags2::DEPTH_STENCIL_ATTACHMENT_READ
+        | vk::AccessFlags2::DEPTH_STENCIL_ATTACHMENT_WRITE;
+    let drawn = vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT;
     let dependencies = [
         // Frames share both images: the last one must be over, and copied.
-        vk::SubpassDependency {
-            src_subpass: vk::SUBPASS_EXTERNAL,
-            dst_subpass: 0,
-            src_stage_mask: tests | vk::PipelineStageFlags::TRANSFER,
-            dst_stage_mask: tests | drawn,
-            src_access_mask: vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_WRITE,
-            dst_access_mask: written,
-            dependency_flags: vk::DependencyFlags::empty(),
+        SubpassOrder {
+            between: [vk::SUBPASS_EXTERNAL, 0],
+            before: Use::new(
+                tests | vk::PipelineStageFlags2::TRANSFER,
+                vk::AccessFlags2::DEPTH_STENCIL_ATTACHMENT_WRITE,
+            ),
+            after: Use::new(tests | drawn, written),
+            by_region: false,
         },
-        vk::SubpassDependency {
-            src_subpass: 0,
-            dst_subpass: vk::SUBPASS_EXTERNAL,
-            src_stage_mask: drawn,
-            dst_stage_mask: vk::PipelineStageFlags::TRANSFER,
-            src_access_mask: vk::AccessFlags::COLOR_ATTACHMENT_WRITE,
-            dst_access_mask: vk::AccessFlags::TRANSFER_READ,
-            dependency_flags: vk::DependencyFlags::empty(),
+        SubpassOrder {
+            between: [0, vk::SUBPASS_EXTERNAL],
+            before: Use::new(drawn, vk::AccessFlags2::COLOR_ATTACHMENT_WRITE),
+            after: copy::READ,
+            by_region: false,
         },
     ];
     Ok(RenderPass::new(device, "least", &attachments, &[subpass], &dependencies)?)
@@ -407,8 +402,7 @@ fn pipeline(device: &Arc<Device>, render_pass: vk::RenderPass, layout: vk::Pipel
             blend: &[opaque],
             samples: vk::SampleCountFlags::TYPE_1,
             layout,
-            render_pass,
-            subpass: 0,
+            place: &PipelinePlace::Subpass(render_pass, 0),
         },
     )?)
 }

@@ -10,6 +10,7 @@
 
 mod attachments;
 mod capabilities;
+mod carriers;
 mod checks;
 mod codes;
 mod cost;
@@ -41,6 +42,7 @@ mod visibility;
 
 pub use attachments::TooFew;
 pub use capabilities::Capabilities;
+pub(crate) use carriers::RENDERED_COLORS;
 pub use cost::Cost;
 pub use cost_model::{ABSENT, Basis, COMPARED, CostModel, CullingCost, Load, PathCost};
 pub use effect::Variation;
@@ -80,7 +82,8 @@ use effect::Blended;
 use lights::adds_lights;
 use surfaces::anisotropy;
 
-use crate::scene::{Brdf, Keep, LightPath, OptionalPart, Resolve, Settings, Transparency, View};
+use crate::gpu::sync::{Layouts, SyncVersion};
+use crate::scene::{Brdf, Keep, LightPath, OptionalPart, Passes, Resolve, Settings, Transparency, View};
 
 /// The structure of all frames of a scene with some settings on some device.
 #[derive(Debug, Clone, PartialEq)]
@@ -144,6 +147,12 @@ pub struct FramePlan {
     /// The kinds of light that shaders have code for.
     pub lights: PlannedLights,
     pub(crate) light_order: LightOrder,
+    /// The way in which passes that draw follow each other.
+    pub passes: Passes,
+    /// The API of barriers, submissions and render passes.
+    pub sync: SyncVersion,
+    /// The layouts that images are used in.
+    pub layouts: Layouts,
     /// Depth of opaque surfaces is drawn first, so that each pixel is shaded once.
     pub depth_prepass: bool,
     /// Never `Auto`.

@@ -67,6 +67,11 @@ pub fn capabilities(device: &PhysicalDevice) -> Capabilities {
             && limits.max_compute_work_group_invocations >= 128,
         software: device.kind == vk::PhysicalDeviceType::CPU,
         costs: costs(device),
+        synchronization2: device.newer.synchronization2
+            && device.extensions.contains(&*ash::khr::create_renderpass2::NAME.to_string_lossy()),
+        local_read: device.newer.local_read && device.features.independent_blend == vk::TRUE,
+        local_read_depth: device.newer.local_read_depth,
+        local_read_samples: device.newer.local_read_samples,
         bc7: device.features.texture_compression_bc == vk::TRUE && samples(device, BlockFormat::Bc7),
         etc2: device.features.texture_compression_etc2 == vk::TRUE
             && [BlockFormat::Etc2Rgb8, BlockFormat::Etc2Rgb8A1, BlockFormat::Etc2Rgba8]

@@ -4,6 +4,7 @@
 //! loads and stores of each render pass, and the layouts.
 
 mod check;
+pub(super) mod local_read;
 
 use std::fmt;
 
@@ -14,15 +15,16 @@ use super::rows::{self, BarrierPosition, RowName};
 use crate::gpu::sync::Use;
 use crate::passes::{
     ContentsIfFirst, Pass, PassName, Resource, ResourceUse, UseKind, copy, encode, overlay, present, shadow, shown,
-    split,
+    split, tint,
 };
 use crate::plan::{FramePlan, Part, PartGroup, PresentTarget, Target};
+use crate::scene::Passes;
 
 /// Resolves samples into the output after the subpass that is the last to write them: reads them, and as their last user drops them.
 pub const RESOLVE: Use = Use::new(
-    vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT,
-    vk::AccessFlags::from_raw(
-        vk::AccessFlags::COLOR_ATTACHMENT_WRITE.as_raw() | vk::AccessFlags::COLOR_ATTACHMENT_READ.as_raw(),
+    vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT,
+    vk::AccessFlags2::from_raw(
+        vk::AccessFlags2::COLOR_ATTACHMENT_WRITE.as_raw() | vk::AccessFlags2::COLOR_ATTACHMENT_READ.as_raw(),
     ),
 );
 
@@ -34,6 +36,11 @@ pub struct RenderPassName(PassName);
 pub const SHADOW_PASS: RenderPassName = RenderPassName(shadow::PASS.place);
 
 impl RenderPassName {
+    /// Returns true if each shadow map that is drawn anew has an instance of the render pass.
+    pub fn draws_maps(self) -> bool {
+        [shadow::PASS.place, tint::PASS.place].contains(&self.0)
+    }
+
     /// The render pass that begins with this subpass.
     pub const fn of(first: PassName) -> Self {
         Self(first)
@@ -85,6 +92,17 @@ pub struct Subpass {
     pub touches: Vec<ResourceUse>,
 }
 
+impl Subpass {
+    /// The samples that it draws of each pixel: its colour and depth attachments have the same number.
+    pub fn samples(&self, plan: &FramePlan) -> u32 {
+        let drawn = self.touches.iter().find_map(|touch| match (touch.how, touch.resource) {
+            (UseKind::Color { .. } | UseKind::Depth { .. }, Resource::Target(target)) => Some(plan.samples_of(target)),
+            _ => None,
+        });
+        drawn.unwrap_or(1)
+    }
+}
+
 /// A pass with the barriers before and after it, by their rows.
 pub struct Commands {
     /// Compute, a copy, or a pass that begins a render pass of its own.
@@ -130,16 +148,19 @@ pub(super) fn steps(plan: &FramePlan) -> Vec<Step> {
     resolve_samples(&mut planned);
     let mut steps: Vec<Step> = Vec::new();
     let mut is_open = false;
+    let alone = |subpass: Subpass| Step::RenderPass(RenderPassName(subpass.place), vec![subpass]);
     for own in planned {
         is_open = match own {
             Planned::Drawn(subpass) => {
                 match steps.last_mut() {
-                    Some(Step::RenderPass(_, drawn)) if is_open && !samples_any_of(&subpass, drawn) => {
-                        drawn.push(subpass);
-                    }
-                    _ => steps.push(Step::RenderPass(RenderPassName(subpass.place), vec![subpass])),
+                    Some(Step::RenderPass(_, drawn)) if is_open && joins(plan, &subpass, drawn) => drawn.push(subpass),
+                    _ => steps.push(alone(subpass)),
                 }
                 true
+            }
+            Planned::DrawnApart(subpasses) if plan.passes == Passes::Stored => {
+                steps.extend(subpasses.into_iter().map(alone));
+                false
             }
             Planned::DrawnApart(subpasses) => {
                 let name = subpasses.first().map(|own| RenderPassName(own.place));
@@ -153,8 +174,21 @@ pub(super) fn steps(plan: &FramePlan) -> Vec<Step> {
             Planned::Split => false,
         };
     }
+    if plan.passes == Passes::LocalRead {
+        local_read::keep_layouts(plan, &mut steps);
+    }
     add_barriers(plan, &mut steps);
     steps
+}
+
+/// Returns true if a subpass goes on in the render pass of those that were drawn before it.
+fn joins(plan: &FramePlan, subpass: &Subpass, drawn: &[Subpass]) -> bool {
+    let is_with_them = match plan.passes {
+        Passes::Subpasses => true,
+        Passes::LocalRead => local_read::goes_on(plan, subpass, drawn),
+        Passes::Stored => false,
+    };
+    is_with_them && !samples_any_of(subpass, drawn)
 }
 
 impl OrderEntry {
@@ -221,7 +255,7 @@ fn add_barriers(plan: &FramePlan, steps: &mut [Step]) {
 fn subpass(plan: &FramePlan, place: PassName, passes: &[&'static Pass]) -> Option<Subpass> {
     let passes: Vec<_> = passes.iter().copied().filter(|pass| (pass.presence)(plan).is_in()).collect();
     let mut touches: Vec<ResourceUse> = Vec::new();
-    for touch in passes.iter().flat_map(|pass| (pass.touches)(plan)) {
+    for touch in passes.iter().flat_map(|pass| pass.uses(plan)) {
         // Passes beside each other have one reference to an attachment: one that uses it as another one does adds nothing but its reason.
         if !touches.iter().any(|own| own.is_use_of(&touch)) {
             touches.push(touch);
@@ -316,7 +350,7 @@ impl Step {
     pub fn touches(&self, plan: &FramePlan) -> Vec<ResourceUse> {
         match self {
             Self::RenderPass(_, subpasses) => subpasses.iter().flat_map(|own| own.touches.iter().copied()).collect(),
-            Self::Commands(own) => (own.pass.touches)(plan),
+            Self::Commands(own) => own.pass.uses(plan),
             Self::Presentation => {
                 vec![ResourceUse::new(shown(plan), UseKind::Presented, Use::END)]
             }
@@ -337,7 +371,7 @@ impl Step {
     fn leaves(&self, plan: &FramePlan, image: Resource) -> Option<vk::ImageLayout> {
         let Self::Commands(own) = self else { return None };
         let changes = own.after.iter().any(|&(_, resource)| resource == image);
-        let last = (own.pass.touches)(plan).iter().rfind(|touch| touch.resource == image).map(ResourceUse::layout);
+        let last = own.pass.uses(plan).iter().rfind(|touch| touch.resource == image).map(ResourceUse::layout);
         last.filter(|_| !changes)
     }
 }
@@ -374,7 +408,7 @@ impl StepList {
     pub fn touches_with(&self, plan: &FramePlan, pass: &Pass) -> Vec<ResourceUse> {
         let mut subpasses = self.render_passes().flat_map(|(_, subpasses)| subpasses);
         let own = subpasses.find(|own| own.passes.iter().any(|one| one.place == pass.place));
-        own.map_or_else(|| (pass.touches)(plan), |own| own.touches.clone())
+        own.map_or_else(|| pass.uses(plan), |own| own.touches.clone())
     }
 
     /// The render pass, and the index in it, of a subpass.

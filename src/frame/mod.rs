@@ -24,6 +24,7 @@ pub mod rows;
 #[doc(hidden)]
 pub mod render_pass;
 mod render_passes;
+mod rendering;
 #[cfg(feature = "present")]
 mod split;
 mod timeline;
@@ -164,7 +165,10 @@ pub struct Renderer {
 /// # Errors
 /// When the device cannot do what the settings ask for, or a view shows what the scene does not have.
 pub fn plan_for(device: &Device, scene: &Scene, settings: &Settings) -> Result<FramePlan, plan::PlanError> {
-    FramePlan::of(scene, settings, &capabilities(&device.physical))
+    let capabilities = capabilities(&device.physical);
+    let plan = FramePlan::of(scene, settings, &capabilities)?;
+    list::local_read::check(&plan, &capabilities)?;
+    Ok(plan)
 }
 
 impl Renderer {
@@ -319,7 +323,7 @@ impl Renderer {
         let cmd = frame.cmd.raw;
         if let Some(times) = &mut frame.times {
             times.reset(cmd);
-            times.write(cmd, vk::PipelineStageFlags::TOP_OF_PIPE, "begin");
+            times.write(cmd, vk::PipelineStageFlags2::TOP_OF_PIPE, "begin");
         }
         self.frame.record(
             &FrameContext {

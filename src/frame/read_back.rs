@@ -36,7 +36,7 @@ impl Renderer {
         };
         let (cmd, copy) = self.copy.as_mut().expect("made above");
         cmd.begin()?;
-        copy.record(&self.device, cmd.raw, output.raw);
+        copy.record(&self.device, cmd.raw, (output.raw, self.plan.layouts));
         host_barrier(&self.device, cmd.raw, copy, &self.rows);
         cmd.end()?;
         self.device.submit(cmd)?;

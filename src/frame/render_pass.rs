@@ -7,14 +7,17 @@ use ash::vk;
 
 use super::list::{RenderPassName, StepList, Subpass as Listed};
 use super::rows::{self, Row, Rows, SyncKind};
-use crate::gpu::{self, Device, RenderPass, SubpassDesc};
-use crate::passes::{PassName, Resource, ResourceUse, UseKind, shadow};
+use crate::gpu::{self, Device, RenderPass, SubpassDesc, SubpassOrder};
+use crate::passes::{PassName, Resource, ResourceUse, UseKind};
 use crate::plan::{FramePlan, Target};
+use crate::scene::Passes;
 
 /// A render pass as a value. The device's is made from it, and `afterlight_lab::report::graph` draws it.
 #[derive(Debug, Clone)]
 pub struct PassDescription {
     pub name: RenderPassName,
+    /// Vulkan has no object of it: it is recorded as rendering ([`super::rendering`]).
+    pub is_rendering: bool,
     pub attachments: Vec<(Resource, vk::AttachmentDescription)>,
     pub subpasses: Vec<SubpassAttachments>,
     /// Rows of the table, each with the subpasses that it is between.
@@ -44,7 +47,7 @@ impl fmt::Display for LayoutChange {
 /// The layouts that change where a row of the table orders it.
 pub fn layout_changes(plan: &FramePlan, rows: &Rows, row: &Row) -> Vec<LayoutChange> {
     let name = match row.carrier {
-        SyncKind::Subpass(name) => name,
+        SyncKind::Subpass(name) | SyncKind::Rendering(name) => name,
         SyncKind::ImageBarrier(old, new) => return vec![LayoutChange { image: None, old, new }],
         _ => return Vec::new(),
     };
@@ -54,7 +57,7 @@ pub fn layout_changes(plan: &FramePlan, rows: &Rows, row: &Row) -> Vec<LayoutCha
     // Of rows that leave a render pass together, each is told with the images that its own passes use.
     let list = StepList::of(plan);
     let uses = |row: &Row, image: Option<Resource>| {
-        let touches = list.passes_at(row.to).into_iter().flat_map(|pass| (pass.touches)(plan));
+        let touches = list.passes_at(row.to).into_iter().flat_map(|pass| pass.uses(plan));
         touches.into_iter().any(|touch| Some(touch.resource) == image)
     };
     let own = |change: &LayoutChange| {
@@ -110,6 +113,11 @@ impl SubpassAttachments {
         own
     }
 
+    /// All references, gaps included.
+    pub fn references(&self) -> impl Iterator<Item = &vk::AttachmentReference> {
+        self.input.iter().chain(&self.color).chain(&self.resolve).chain(&self.depth)
+    }
+
     fn uses(&self, image: Resource) -> bool {
         self.touches.iter().any(|touch| touch.resource == image && touch.is_attachment())
     }
@@ -129,9 +137,8 @@ impl PassDescription {
     }
 
     fn of(plan: &FramePlan, rows: &Rows, list: &StepList, (name, listed): (RenderPassName, &[Listed])) -> Self {
-        let draws_maps = listed.iter().any(|own| own.place == shadow::PASS.place);
-        let attachments: Vec<_> = match draws_maps {
-            true => rows::shadow::attachments(plan),
+        let attachments: Vec<_> = match name.draws_maps() {
+            true => rows::shadow::attachments(plan, list, listed),
             false => {
                 let targets = list.attachments(plan, name).into_iter();
                 targets.map(|(target, description)| (Resource::Target(target), description)).collect()
@@ -154,9 +161,10 @@ impl PassDescription {
             let position = listed.iter().position(|own| own.place == place);
             position.map_or(vk::SUBPASS_EXTERNAL, |index| index as u32)
         };
-        let rows = rows.of(SyncKind::Subpass(name));
+        let rows = rows.of(SyncKind::of_pass(plan, name));
         let dependencies = rows.map(|row| (row.clone(), [index(row.from), index(row.to)])).collect();
-        Self { name, attachments, subpasses, dependencies }
+        let is_rendering = plan.passes == Passes::LocalRead;
+        Self { name, is_rendering, attachments, subpasses, dependencies }
     }
 
     /// The targets that it draws into, in its order.
@@ -209,17 +217,11 @@ impl PassDescription {
         let dependencies: Vec<_> = self
             .dependencies
             .iter()
-            .map(|(row, [from, to])| vk::SubpassDependency {
-                src_subpass: *from,
-                dst_subpass: *to,
-                src_stage_mask: row.before.stage,
-                dst_stage_mask: row.after.stage,
-                src_access_mask: row.before.access,
-                dst_access_mask: row.after.access,
-                dependency_flags: match row.by_region {
-                    true => vk::DependencyFlags::BY_REGION,
-                    false => vk::DependencyFlags::empty(),
-                },
+            .map(|(row, between)| SubpassOrder {
+                between: *between,
+                before: row.before,
+                after: row.after,
+                by_region: row.by_region,
             })
             .collect();
         RenderPass::new(device, &self.name.to_string(), &attachments, &subpasses, &dependencies)

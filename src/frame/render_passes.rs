@@ -6,16 +6,19 @@ use ash::vk;
 use glam::Vec3;
 
 use super::BuildContext;
-use super::list::{RenderPassName, SHADOW_PASS, StepList, Subpass};
+use super::list::{RenderPassName, StepList, Subpass};
 use super::render_pass::PassDescription;
+use super::rendering::{Rendered, Rendering};
 use super::rows::{Row, RowName, SyncKind};
 use crate::gpu::barrier::{self, ImageRange};
+use crate::gpu::sync::Layouts;
 use crate::gpu::{self, Device, Framebuffer, RenderPass, Timestamps, framebuffer};
 use crate::gpu_scene::ShadowAtlas;
 use crate::passes::background::background;
 use crate::passes::present;
-use crate::passes::{FrameContext, MapRecording, Pass, Slot};
+use crate::passes::{FrameContext, MapRecording, Pass, Resource, Slot};
 use crate::plan::{FramePlan, Target};
+use crate::scene::Passes;
 use crate::targets::{Framebuffers, Targets};
 use crate::visible::World;
 
@@ -24,7 +27,7 @@ pub struct RenderPasses {
     pub targets: Targets,
     pub list: StepList,
     passes: Vec<DevicePass>,
-    maps: Option<MapPass>,
+    maps: Vec<MapPass>,
     present: Option<PresentStage>,
 }
 
@@ -34,16 +37,37 @@ struct DevicePass {
     targets: Vec<Target>,
     /// Some attachment is cleared.
     clears_some: bool,
-    pass: RenderPass,
-    framebuffers: Framebuffers,
+    form: PassForm,
     clears: Vec<vk::ClearValue>,
 }
 
-/// The render pass of shadow maps on the device, with a framebuffer for each layer of theirs.
+/// The form in which a render pass of the list is recorded.
+enum PassForm {
+    /// An object of Vulkan's.
+    Object(RenderPass, Framebuffers),
+    /// Rendering without one. The views are those of the swapchain's images.
+    Rendering(Rendering, Vec<vk::ImageView>),
+}
+
+/// A render pass of shadow maps on the device.
 struct MapPass {
-    pass: RenderPass,
-    layers: Vec<Framebuffer>,
+    name: RenderPassName,
+    form: MapForm,
     clears: Vec<vk::ClearValue>,
+}
+
+enum MapForm {
+    /// With a framebuffer for each layer of the maps.
+    Object(RenderPass, Vec<Framebuffer>),
+    /// With the attachments of each layer.
+    Rendering(Rendering, Vec<Vec<Rendered>>),
+}
+
+/// A render pass that can be recorded in a frame.
+pub enum BeginPass<'a> {
+    Object(vk::RenderPassBeginInfo<'a>),
+    /// With the images of this frame, the clear values and the area.
+    Rendering(&'a Rendering, Vec<Rendered>, &'a [vk::ClearValue], vk::Rect2D),
 }
 
 /// PRESENT, with the picture that it copies and the rows of the barriers around it.
@@ -51,6 +75,7 @@ struct PresentStage {
     picture: Target,
     /// The image that is shown has the same texels. A compute pass writes its own order of channels.
     is_alike: bool,
+    layouts: Layouts,
     before: Row,
     after: Row,
 }
@@ -63,26 +88,32 @@ impl RenderPasses {
         let list = StepList::of(plan);
         list.check(plan, rows)?;
         let targets = Targets::new(device, plan, |target| list.usage(plan, target))?;
-        let mut passes = Vec::new();
+        let (mut passes, mut maps) = (Vec::new(), Vec::new());
         for description in PassDescription::all(plan, rows) {
             let name = description.name;
-            if name == SHADOW_PASS {
+            if name.draws_maps() {
+                maps.extend(atlas.map(|atlas| MapPass::new(device, plan, description, atlas)).transpose()?);
                 continue;
             }
-            let pass = description.make(device)?;
             let own = description.targets();
-            let framebuffers = targets.framebuffers(plan, (device, &pass), &own, swapchain)?;
             let cleared = |own: &vk::AttachmentDescription| own.load_op == vk::AttachmentLoadOp::CLEAR;
             let clears_some = description.attachments.iter().any(|(_, own)| cleared(own));
-            passes.push(DevicePass { name, pass, framebuffers, clears_some, clears: Vec::new(), targets: own });
+            let form = match plan.passes {
+                Passes::LocalRead => PassForm::Rendering(Rendering::new(description), swapchain.to_vec()),
+                Passes::Subpasses | Passes::Stored => {
+                    let pass = description.make(device)?;
+                    let framebuffers = targets.framebuffers(plan, (device, &pass), &own, swapchain)?;
+                    PassForm::Object(pass, framebuffers)
+                }
+            };
+            passes.push(DevicePass { name, form, clears_some, clears: Vec::new(), targets: own });
         }
-        let maps = PassDescription::named(plan, rows, SHADOW_PASS).zip(atlas);
-        let maps = maps.map(|(own, atlas)| MapPass::new(device, &own, atlas)).transpose()?;
         let row = |name| rows.find(name).cloned();
         let rows = row(RowName::SWAPCHAIN_TO_PRESENT).zip(row(RowName::PRESENT_TO_SWAPCHAIN));
         let present = rows.map(|(before, after)| PresentStage {
             picture: plan.picture(),
             is_alike: !plan.is_tiled(),
+            layouts: plan.layouts,
             before,
             after,
         });
@@ -96,7 +127,12 @@ impl RenderPasses {
         let &BuildContext { device, plan, swapchain, .. } = parts;
         self.targets = Targets::new(device, plan, |target| self.list.usage(plan, target))?;
         for made in &mut self.passes {
-            made.framebuffers = self.targets.framebuffers(plan, (device, &made.pass), &made.targets, swapchain)?;
+            match &mut made.form {
+                PassForm::Object(pass, framebuffers) => {
+                    *framebuffers = self.targets.framebuffers(plan, (device, pass), &made.targets, swapchain)?;
+                }
+                PassForm::Rendering(_, views) => *views = swapchain.to_vec(),
+            }
         }
         Ok(())
     }
@@ -112,11 +148,17 @@ impl RenderPasses {
     pub fn slot(&self, pass: &Pass) -> Option<Slot> {
         let draws = |name: RenderPassName, subpasses: &[Subpass]| {
             let subpass = subpasses.iter().position(|own| own.passes.iter().any(|one| one.place == pass.place))?;
-            let render_pass = match name {
-                SHADOW_PASS => self.maps.as_ref()?.pass.raw,
-                _ => self.find(name)?.pass.raw,
-            };
-            Some(Slot { render_pass, subpass: subpass as u32 })
+            let of_rendering = |own: &Rendering| own.places.get(subpass).cloned().map(Slot::Rendering);
+            let of_object = |own: &RenderPass| Some(Slot::Subpass(own.raw, subpass as u32));
+            match self.maps.iter().find(|made| made.name == name).map(|made| &made.form) {
+                Some(MapForm::Object(pass, _)) => return of_object(pass),
+                Some(MapForm::Rendering(rendering, _)) => return of_rendering(rendering),
+                None => {}
+            }
+            match &self.find(name)?.form {
+                PassForm::Object(pass, _) => of_object(pass),
+                PassForm::Rendering(rendering, _) => of_rendering(rendering),
+            }
         };
         self.list.render_passes().find_map(|(name, subpasses)| draws(name, subpasses))
     }
@@ -125,27 +167,50 @@ impl RenderPasses {
         self.passes.iter().find(|made| made.name == name)
     }
 
-    /// Returns the begin info of a render pass in this frame.
-    pub fn begin(&self, frame: &FrameContext, name: RenderPassName) -> Option<vk::RenderPassBeginInfo<'_>> {
+    /// Returns what begins a render pass in this frame.
+    pub fn begin(&self, frame: &FrameContext, name: RenderPassName) -> Option<BeginPass<'_>> {
         let made = self.find(name)?;
-        let begin = vk::RenderPassBeginInfo::default()
-            .render_pass(made.pass.raw)
-            .framebuffer(made.framebuffers.of(frame.image))
-            .render_area(frame.area())
-            .clear_values(&made.clears);
-        Some(begin)
+        match &made.form {
+            PassForm::Object(pass, framebuffers) => {
+                let begin = vk::RenderPassBeginInfo::default()
+                    .render_pass(pass.raw)
+                    .framebuffer(framebuffers.of(frame.image))
+                    .render_area(frame.area())
+                    .clear_values(&made.clears);
+                Some(BeginPass::Object(begin))
+            }
+            PassForm::Rendering(rendering, shown) => {
+                let image = |&target: &Target| match self.targets.find(target) {
+                    Some(own) => Some(Rendered { image: ImageRange::from(own), view: own.view }),
+                    None => {
+                        let (image, _) = frame.swapchain_image?;
+                        let view = *shown.get(frame.image)?;
+                        Some(Rendered { image: ImageRange::whole(image, vk::ImageAspectFlags::COLOR), view })
+                    }
+                };
+                let images = made.targets.iter().map(image).collect::<Option<_>>()?;
+                Some(BeginPass::Rendering(rendering, images, &made.clears, frame.area()))
+            }
+        }
     }
 
-    /// Returns the begin info of the render pass of shadow maps for one map, where the plan has maps.
-    pub fn begin_map(&self, map: &MapRecording) -> Option<vk::RenderPassBeginInfo<'_>> {
-        let made = self.maps.as_ref()?;
-        let layer = made.layers.get(map.view.tile.layer as usize)?;
-        let begin = vk::RenderPassBeginInfo::default()
-            .render_pass(made.pass.raw)
-            .framebuffer(layer.raw)
-            .render_area(map.area())
-            .clear_values(&made.clears);
-        Some(begin)
+    /// Returns what begins a render pass of shadow maps for one map, where the plan has maps.
+    pub fn begin_map(&self, name: RenderPassName, map: &MapRecording) -> Option<BeginPass<'_>> {
+        let made = self.maps.iter().find(|made| made.name == name)?;
+        let layer = map.view.tile.layer as usize;
+        match &made.form {
+            MapForm::Object(pass, layers) => {
+                let begin = vk::RenderPassBeginInfo::default()
+                    .render_pass(pass.raw)
+                    .framebuffer(layers.get(layer)?.raw)
+                    .render_area(map.area())
+                    .clear_values(&made.clears);
+                Some(BeginPass::Object(begin))
+            }
+            MapForm::Rendering(rendering, layers) => {
+                Some(BeginPass::Rendering(rendering, layers.get(layer)?.clone(), &made.clears, map.area()))
+            }
+        }
     }
 
     /// Records PRESENT where the plan has it.
@@ -164,21 +229,46 @@ impl RenderPasses {
         // Presentation, or ENCODE, may still have read the image: all of it is written.
         image_barrier(device, cmd, whole, Some(&stage.before));
         let picture = self.targets.image(stage.picture);
-        present::record(device, cmd, (picture, stage.is_alike), (image, extent));
+        present::record(device, cmd, (picture, stage.is_alike), (image, extent), stage.layouts);
         image_barrier(device, cmd, whole, Some(&stage.after));
         device.end_label(cmd);
     }
 }
 
 impl MapPass {
-    fn new(device: &Arc<Device>, description: &PassDescription, atlas: &ShadowAtlas) -> gpu::Result<Self> {
-        let pass = description.make(device)?;
-        let layer = |index: usize| {
-            let name = format!("shadow framebuffer, layer {index}");
-            framebuffer(device, &name, pass.raw, &atlas.layer(index), atlas.maps.image.extent)
+    fn new(
+        device: &Arc<Device>,
+        plan: &FramePlan,
+        description: PassDescription,
+        atlas: &ShadowAtlas,
+    ) -> gpu::Result<Self> {
+        let name = description.name;
+        let image = |&(resource, _): &(Resource, _)| match resource {
+            Resource::SHADOW_TINTS => atlas.tints(),
+            _ => Some(atlas.depth()),
         };
-        let layers = (0..atlas.maps.layers.len()).map(layer).collect::<gpu::Result<_>>()?;
-        Ok(Self { pass, layers, clears: atlas.clears() })
+        let images: Vec<_> = description.attachments.iter().filter_map(image).collect();
+        let clears = images.iter().map(|own| own.clear).collect();
+        let layers = 0..atlas.layers();
+        let form = match plan.passes {
+            Passes::LocalRead => {
+                let of_layer = |layer: usize| {
+                    images.iter().map(|own| Rendered { image: own.layer(layer), view: own.views[layer].raw }).collect()
+                };
+                MapForm::Rendering(Rendering::new(description), layers.map(of_layer).collect())
+            }
+            Passes::Subpasses | Passes::Stored => {
+                let pass = description.make(device)?;
+                let of_layer = |layer: usize| {
+                    let name = format!("{name} framebuffer, layer {layer}");
+                    let views: Vec<_> = images.iter().map(|own| own.views[layer].raw).collect();
+                    framebuffer(device, &name, pass.raw, &views, atlas.extent())
+                };
+                let layers = layers.map(of_layer).collect::<gpu::Result<_>>()?;
+                MapForm::Object(pass, layers)
+            }
+        };
+        Ok(Self { name, form, clears })
     }
 }
 

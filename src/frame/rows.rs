@@ -16,11 +16,11 @@ use ash::vk;
 
 use super::list;
 use super::list::{RenderPassName, Step};
-use crate::gpu::sync::{Dependency, Use};
+use crate::gpu::sync::{Dependency, Layouts, SyncVersion, Use};
 pub use crate::passes::PassName;
 use crate::passes::Resource;
 use crate::plan::{FramePlan, Target};
-use crate::scene;
+use crate::scene::{self, Passes};
 
 mod host;
 mod masks;
@@ -43,6 +43,8 @@ pub(super) use waits::BarrierPosition;
 pub enum SyncKind {
     /// A subpass dependency of a render pass.
     Subpass(RenderPassName),
+    /// A pipeline barrier of rendering without a render pass: inside it where both ends are parts of it, and before or after it otherwise.
+    Rendering(RenderPassName),
     /// A pipeline barrier on an image, with its layouts before and after.
     ImageBarrier(vk::ImageLayout, vk::ImageLayout),
     /// A pipeline barrier on a buffer.
@@ -60,9 +62,25 @@ pub enum SyncKind {
 }
 
 impl SyncKind {
-    /// Returns true if rows of this kind are dependencies of a render pass.
+    /// The kind of the rows of a render pass in a plan's frames.
+    pub(super) fn of_pass(plan: &FramePlan, name: RenderPassName) -> Self {
+        match plan.passes {
+            Passes::Subpasses | Passes::Stored => Self::Subpass(name),
+            Passes::LocalRead => Self::Rendering(name),
+        }
+    }
+
+    /// The render pass that rows of this kind belong to.
+    pub fn pass(self) -> Option<RenderPassName> {
+        match self {
+            Self::Subpass(name) | Self::Rendering(name) => Some(name),
+            _ => None,
+        }
+    }
+
+    /// Returns true if rows of this kind belong to a render pass, or to rendering in its place.
     pub fn is_render_pass(self) -> bool {
-        matches!(self, Self::Subpass(_))
+        self.pass().is_some()
     }
 
     /// The reason why rows of this kind cannot be dropped; none if they can.
@@ -85,6 +103,7 @@ impl fmt::Display for SyncKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Subpass(pass) => write!(f, "dependency of the {pass}"),
+            Self::Rendering(pass) => write!(f, "barrier of the {pass}"),
             Self::ImageBarrier(old, new) => write!(f, "image barrier {old:?} -> {new:?}"),
             Self::BufferBarrier => f.write_str("buffer barrier"),
             Self::MemoryBarrier => f.write_str("memory barrier"),
@@ -157,6 +176,8 @@ pub struct Row {
     pub to: PassName,
     /// All subpasses and steps that wait; none where the row is written by hand.
     pub waiting: Vec<PassName>,
+    /// The resources whose uses it orders; none where the row is written by hand.
+    pub resources: Vec<Resource>,
     /// The first scope, the union of all uses that must be complete: their stages, and their write accesses.
     pub before: Use,
     /// The second scope, the union of all uses that wait.
@@ -180,6 +201,18 @@ pub enum Side {
 }
 
 impl Row {
+    /// The same with the layouts of a plan, and with the masks of its API.
+    fn in_frames_of(self, plan: &FramePlan) -> Self {
+        let carrier = match self.carrier {
+            SyncKind::ImageBarrier(old, new) => SyncKind::ImageBarrier(plan.layouts.of(old), plan.layouts.of(new)),
+            other => other,
+        };
+        match plan.sync {
+            SyncVersion::One => Self { carrier, before: self.before.coarse(), after: self.after.coarse(), ..self },
+            SyncVersion::Two => Self { carrier, ..self },
+        }
+    }
+
     /// Both sides' masks, as a barrier takes them.
     pub fn order(&self) -> Dependency {
         Dependency { row: self.label, before: self.before, after: self.after }
@@ -187,7 +220,7 @@ impl Row {
 
     /// The row without its reason and the passes that share it, by which rows of different plans are compared.
     pub fn masks(&self) -> Self {
-        Self { why: String::new(), waiting: Vec::new(), ..self.clone() }
+        Self { why: String::new(), waiting: Vec::new(), resources: Vec::new(), ..self.clone() }
     }
 
     /// Each part of the row that can be taken away: all of it, its reach across samples, and each stage and access of both sides.
@@ -230,12 +263,16 @@ pub struct RowError(String);
 
 /// The dependencies of a plan's frames, or all but some of them.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Rows(Vec<Row>);
+pub struct Rows {
+    rows: Vec<Row>,
+    /// The layouts that the frames' images are used in.
+    pub layouts: Layouts,
+}
 
 impl Rows {
     /// All rows in the order of a frame; those between the CPU and the device come last.
     pub fn iter(&self) -> impl Iterator<Item = &Row> {
-        self.0.iter()
+        self.rows.iter()
     }
 
     /// The rows of one carrier.
@@ -267,13 +304,13 @@ impl Rows {
     /// When there is no such row, or it cannot be dropped.
     pub fn without(&self, name: RowName) -> Result<Self, RowError> {
         let index = self.changeable(name)?;
-        let mut rows = self.0.clone();
+        let mut rows = self.rows.clone();
         if rows[index].carrier.is_render_pass() {
             rows.remove(index);
         } else {
             (rows[index].before, rows[index].after) = (Use::START, Use::END);
         }
-        Ok(Self(rows))
+        Ok(self.with(rows))
     }
 
     /// All but a part of a row.
@@ -285,9 +322,9 @@ impl Rows {
             RowPart::Row => self.without(name),
             RowPart::AcrossSamples => {
                 let index = self.changeable(name)?;
-                let mut rows = self.0.clone();
+                let mut rows = self.rows.clone();
                 (rows[index].by_region, rows[index].across_samples) = (true, false);
-                Ok(Self(rows))
+                Ok(self.with(rows))
             }
             RowPart::Bits(side, bits) => self.without_bits(name, side, bits),
         }
@@ -300,21 +337,25 @@ impl Rows {
     /// When there is no such row, or it cannot be changed.
     pub fn without_bits(&self, name: RowName, side: Side, bits: Use) -> Result<Self, RowError> {
         let index = self.changeable(name)?;
-        let mut rows = self.0.clone();
+        let mut rows = self.rows.clone();
         let row = &mut rows[index];
         match side {
             Side::Before => row.before = masks::without(row.before, bits).unwrap_or(Use::START),
             Side::After => row.after = masks::without(row.after, bits).unwrap_or(Use::END),
         }
-        Ok(Self(rows))
+        Ok(self.with(rows))
+    }
+
+    fn with(&self, rows: Vec<Row>) -> Self {
+        Self { rows, layouts: self.layouts }
     }
 
     /// Returns the index of a row that an experiment may change.
     fn changeable(&self, name: RowName) -> Result<usize, RowError> {
-        let Some(index) = self.0.iter().position(|row| row.name == name) else {
+        let Some(index) = self.rows.iter().position(|row| row.name == name) else {
             return Err(RowError(format!("this plan has no dependency {name}")));
         };
-        match self.0[index].carrier.stays() {
+        match self.rows[index].carrier.stays() {
             Some(why) => Err(RowError(format!("the dependency {name} cannot be dropped: {why}"))),
             None => Ok(index),
         }
@@ -323,7 +364,7 @@ impl Rows {
 
 /// The dependencies of the program that evaluates formulas for `afterlight stress`: one dispatch.
 pub fn formulas() -> Rows {
-    Rows(host::formulas().into())
+    Rows { rows: host::formulas().into(), layouts: Layouts::Optimal }
 }
 
 /// The dependencies of a plan's frames.
@@ -335,7 +376,7 @@ pub fn table(plan: &FramePlan) -> Rows {
     rows.extend(waits(plan, &steps).into_iter().map(|(row, _)| row));
     rows.extend(presentation::rows(plan, &steps));
     rows.extend(host::rows());
-    Rows(rows)
+    Rows { rows: rows.into_iter().map(|row| row.in_frames_of(plan)).collect(), layouts: plan.layouts }
 }
 
 /// The rows between the passes of a frame; a row that is a barrier comes with its place in the list.
@@ -355,6 +396,7 @@ fn row(name: RowName, carrier: SyncKind) -> RowBuilder {
         from,
         to,
         waiting: Vec::new(),
+        resources: Vec::new(),
         before,
         after,
         by_region: false,
@@ -386,6 +428,11 @@ impl RowBuilder {
     /// Names all that wait.
     fn for_all(self, reasons: &[(PassName, Vec<&'static str>)]) -> Self {
         Self(Row { waiting: reasons.iter().map(|(place, _)| *place).collect(), ..self.0 })
+    }
+
+    /// Names the resources that it orders.
+    fn about(self, resources: Vec<Resource>) -> Self {
+        Self(Row { resources, ..self.0 })
     }
 
     /// Between two subpasses each pixel waits for itself alone. Where `reads_all`, invocations for one sample read the others of their pixel, so the row is

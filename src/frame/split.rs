@@ -120,7 +120,7 @@ impl Split {
         let whole = ImageRange::whole(image, vk::ImageAspectFlags::COLOR);
         device.begin_label(cmd, "SPLIT");
         image_barrier(device, cmd, whole, rows.find(RowName::PICTURE_TO_SPLIT));
-        split::record(device, cmd, (picture, first), image);
+        split::record(device, cmd, (picture, first), (image, rows.layouts));
         image_barrier(device, cmd, whole, rows.find(RowName::SPLIT_TO_PICTURE));
         device.end_label(cmd);
     }

@@ -6,18 +6,16 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::IN_FLIGHT;
-use super::list::{Commands, Condition, RenderPassName, SHADOW_PASS, Step, Subpass};
-use super::render_passes::RenderPasses;
+use super::list::{Commands, Condition, RenderPassName, Step, Subpass};
+use super::render_passes::{BeginPass, RenderPasses};
 use super::rows::{RowName, Rows, SyncKind};
 use crate::gpu::barrier::{self, ImageRange};
-use crate::gpu::{self, Buffer, Device, Image, Timestamps};
+use crate::gpu::{self, Buffer, Device, Image, RecordedPass, Timestamps};
 use crate::gpu_scene::{CullingBuffers, GpuScene, PoseBuffer, ShadowAtlas, VisibilityLookup};
 use crate::passes::object::buffers;
 use crate::passes::{FrameContext, Making, MapRecording, Pass, PassObject, PassRecorder, Resource, SetLayouts};
 use crate::plan::FramePlan;
 use crate::visible::{Visible, World};
-
-const INLINE: vk::SubpassContents = vk::SubpassContents::INLINE;
 
 /// The inputs from which frames are made.
 #[derive(Clone, Copy)]
@@ -134,7 +132,7 @@ impl Frame {
         let steps = &self.render_passes.list.0;
         for (index, step) in steps.iter().enumerate() {
             match step {
-                Step::RenderPass(SHADOW_PASS, subpasses) => self.maps(frame, subpasses, times),
+                Step::RenderPass(name, subpasses) if name.draws_maps() => self.maps(frame, (*name, subpasses), times),
                 Step::RenderPass(name, subpasses) => self.render_pass(frame, (*name, subpasses), times),
                 Step::Commands(own) if own.pass.make.is_some() => {
                     // A pass of several steps stands twice, and the second time is about all steps but the first.
@@ -160,11 +158,16 @@ impl Frame {
         times: &mut Option<Timestamps>,
     ) {
         let Some(begin) = self.render_passes.begin(frame, name) else { return };
-        self.subpasses(frame, (&begin, subpasses), times);
+        self.subpasses(frame, (begin, subpasses), times);
     }
 
     /// The render pass of shadow maps: once for each map that the frame draws anew, all of them with one time, and in a label that is there if no map is drawn.
-    fn maps(&self, frame: &FrameContext, subpasses: &[Subpass], times: &mut Option<Timestamps>) {
+    fn maps(
+        &self,
+        frame: &FrameContext,
+        (name, subpasses): (RenderPassName, &[Subpass]),
+        times: &mut Option<Timestamps>,
+    ) {
         let passes = || subpasses.iter().flat_map(|own| &own.passes);
         let (Some(named), Some(last)) = (passes().next(), passes().last()) else { return };
         frame.begin(named);
@@ -172,8 +175,8 @@ impl Frame {
         for draw in frame.stale_maps {
             let Some(view) = &frame.visible.shadows[draw.map] else { continue };
             let map = MapRecording::of(frame.world, draw, view, first);
-            if let Some(begin) = self.render_passes.begin_map(&map) {
-                self.subpasses(&FrameContext { map: Some(map), ..*frame }, (&begin, subpasses), &mut None);
+            if let Some(begin) = self.render_passes.begin_map(name, &map) {
+                self.subpasses(&FrameContext { map: Some(map), ..*frame }, (begin, subpasses), &mut None);
             }
             first += draw.casters.len() as u32;
         }
@@ -183,27 +186,36 @@ impl Frame {
     fn subpasses(
         &self,
         frame: &FrameContext,
-        (begin, subpasses): (&vk::RenderPassBeginInfo, &[Subpass]),
+        (begin, subpasses): (BeginPass, &[Subpass]),
         times: &mut Option<Timestamps>,
     ) {
-        let (gpu, cmd) = (&frame.device.raw, frame.cmd);
-        let mut untimed = None;
-        // SAFETY: `cmd` is being recorded outside a render pass; the pass was made of the same list, so that it has these subpasses.
-        unsafe { gpu.cmd_begin_render_pass(cmd, begin, INLINE) };
-        for (index, subpass) in subpasses.iter().enumerate() {
-            if index > 0 {
-                // SAFETY: the pass has this subpass next.
-                unsafe { gpu.cmd_next_subpass(cmd, INLINE) };
+        let cmd = frame.cmd;
+        match begin {
+            BeginPass::Object(begin) => {
+                let begun = RecordedPass::begin(frame.device, cmd, &begin);
+                for (index, subpass) in subpasses.iter().enumerate() {
+                    if index > 0 {
+                        begun.next_subpass();
+                    }
+                    self.subpass(frame, subpass, times);
+                }
+                begun.end();
             }
-            // In one subpass rasterization order alone puts a pass after the one before it.
-            for (position, pass) in subpass.passes.iter().enumerate() {
-                // Neighbours that share a time get one stamp, after the last of them.
-                let shares = subpass.passes.get(position + 1).is_some_and(|next| next.time == pass.time);
-                self.pass(pass, frame, if shares { &mut untimed } else { &mut *times });
+            BeginPass::Rendering(rendering, images, clears, area) => {
+                let draw = |subpass: &Subpass| self.subpass(frame, subpass, times);
+                rendering.record((frame.device, cmd), (&images, clears), area, subpasses, draw);
             }
         }
-        // SAFETY: begun above, and every subpass is recorded.
-        unsafe { gpu.cmd_end_render_pass(cmd) };
+    }
+
+    /// The passes of a subpass. In one subpass rasterization order alone puts a pass after the one before it.
+    fn subpass(&self, frame: &FrameContext, subpass: &Subpass, times: &mut Option<Timestamps>) {
+        let mut untimed = None;
+        for (position, pass) in subpass.passes.iter().enumerate() {
+            // Neighbours that share a time get one stamp, after the last of them.
+            let shares = subpass.passes.get(position + 1).is_some_and(|next| next.time == pass.time);
+            self.pass(pass, frame, if shares { &mut untimed } else { &mut *times });
+        }
     }
     // ANCHOR_END: render-pass
 

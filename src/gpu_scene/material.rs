@@ -178,9 +178,10 @@ impl Materials {
             (vk::DescriptorType::SAMPLER, sum(&|set| set.sampler_count())),
         ];
         let pool = DescriptorPool::new(device, "material pool", sum(&|_| 1), &kinds)?;
+        let readable = plan.layouts.of(vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL);
         for set in &sets {
             for sheet in 0..set.sheets {
-                let made = self.set_of(planned, (&pool, &mut samplers), set, sheet)?;
+                let made = self.set_of(planned, (&pool, readable, &mut samplers), set, sheet)?;
                 self.sets.insert((set.material, sheet), made);
                 if planned.holes.contains_key(&set.material) && shares(set.material) {
                     self.holes.insert((set.material, sheet), made);
@@ -192,7 +193,7 @@ impl Materials {
         }
         for set in &holes {
             for sheet in 0..set.sheets {
-                let made = self.set_of(planned, (&pool, &mut samplers), set, sheet)?;
+                let made = self.set_of(planned, (&pool, readable, &mut samplers), set, sheet)?;
                 self.holes.insert((set.material, sheet), made);
             }
         }
@@ -263,7 +264,7 @@ impl Materials {
     fn set_of(
         &mut self,
         planned: &TexturePlan,
-        (pool, samplers): (&DescriptorPool, &mut Samplers),
+        (pool, readable, samplers): (&DescriptorPool, vk::ImageLayout, &mut Samplers),
         set: &PlannedSet,
         sheet: u32,
     ) -> gpu::Result<vk::DescriptorSet> {
@@ -279,7 +280,7 @@ impl Materials {
         for (&slot, &image) in slots {
             let sheets = &self.images[image];
             let view = sheets[(sheet as usize).min(sheets.len() - 1)].view;
-            writer = writer.sampled_image(slot as u32, view, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL);
+            writer = writer.sampled_image(slot as u32, view, readable);
             if own == SetSamplers::Each {
                 let sampler = samplers.get(planned.images[image].sampler)?;
                 writer = writer.sampler(OWN_SAMPLERS + slot as u32, sampler);

@@ -46,11 +46,11 @@ use crate::scene::{Mesh, Scene};
 use crate::visible::{cone_mesh, sphere_mesh};
 
 /// Fetches a vertex.
-pub const VERTEX_READ: Use = Use::new(vk::PipelineStageFlags::VERTEX_INPUT, vk::AccessFlags::VERTEX_ATTRIBUTE_READ);
+pub const VERTEX_READ: Use = Use::new(vk::PipelineStageFlags2::VERTEX_ATTRIBUTE_INPUT, vk::AccessFlags2::VERTEX_ATTRIBUTE_READ);
 /// Fetches an index.
-pub const INDEX_READ: Use = Use::new(vk::PipelineStageFlags::VERTEX_INPUT, vk::AccessFlags::INDEX_READ);
+pub const INDEX_READ: Use = Use::new(vk::PipelineStageFlags2::INDEX_INPUT, vk::AccessFlags2::INDEX_READ);
 /// Samples a material's texture, in whichever pass.
-pub const TEXTURE_READ: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::SHADER_READ);
+pub const TEXTURE_READ: Use = Use::new(vk::PipelineStageFlags2::FRAGMENT_SHADER, vk::AccessFlags2::SHADER_SAMPLED_READ);
 
 /// The place of a mesh in the shared buffers.
 #[derive(Debug, Clone, Copy)]

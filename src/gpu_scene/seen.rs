@@ -9,7 +9,7 @@ use glam::Vec3;
 
 use super::instances::GrowingBuffer;
 use super::{GpuScene, Instances};
-use crate::gpu::sync::Use;
+use crate::gpu::sync::{Layouts, Use};
 use crate::gpu::{self, Buffer, DescriptorPool, Device, SetLayout, SetLayoutBinding, SetWriter, binding};
 use crate::plan::{Extras, FramePlan, GeometryKey, IndexWidth};
 use crate::scene::{Brdf, Material, TextureSlot};
@@ -17,7 +17,9 @@ use crate::shaders::shared::seen as wgsl;
 use crate::visible::{Visible, World, WorldObject};
 
 /// Looks up vertices, indices and textures.
-pub const LOOK_UP: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
+pub const LOOK_UP: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::from_raw(
+    vk::AccessFlags2::SHADER_SAMPLED_READ.as_raw() | vk::AccessFlags2::SHADER_STORAGE_READ.as_raw(),
+));
 
 /// Bindings of `shaders/shared/seen.wgsl`.
 const INSTANCES: u32 = 0;
@@ -210,7 +212,7 @@ impl VisibilityLookup {
             materials.push(SeenMaterial::zeroed());
         }
         own.materials.write(device, &materials)?;
-        own.name(device, scene, instances, uv_maps);
+        own.name((device, plan.layouts), scene, instances, uv_maps);
         Ok(())
     }
 
@@ -248,7 +250,13 @@ fn bindings(textures: u32, samplers: u32) -> Vec<SetLayoutBinding> {
 
 impl PlaceBuffers {
     /// Has the set name its buffers, where they are others than before.
-    fn name(&mut self, device: &Device, scene: &GpuScene, instances: &Instances, uv_maps: Option<&Buffer>) {
+    fn name(
+        &mut self,
+        (device, layouts): (&Device, Layouts),
+        scene: &GpuScene,
+        instances: &Instances,
+        uv_maps: Option<&Buffer>,
+    ) {
         let (Some(own), Some(materials)) = (&self.instances.buffer, &self.materials.buffer) else { return };
         // Bindings without a stream name this buffer; the shader never reads them.
         let rows = instances.rows.buffer.as_ref().unwrap_or(own);
@@ -281,7 +289,7 @@ impl PlaceBuffers {
             writer = writer.storage_buffer(index, buffer.as_ref().unwrap_or(own), ..);
         }
         if let Some(numbered) = numbered {
-            let readable = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
+            let readable = layouts.of(vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL);
             writer = writer
                 .storage_buffer(UV_MAPS, uv_maps.unwrap_or(own), ..)
                 .sampled_images(TEXTURES, numbered.views.iter().map(|view| view.raw), readable)

@@ -6,7 +6,8 @@ use ash::vk;
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec4};
 
-use crate::gpu::sync::Dependency;
+use crate::gpu::barrier::ImageRange;
+use crate::gpu::sync::{Dependency, Layouts};
 use crate::gpu::{
     self, Buffer, DescriptorPool, Device, Image, ImageDesc, Location, MemoryKind, Owned, SetLayout, SetWriter, binding,
 };
@@ -65,6 +66,8 @@ pub struct ClearOrders {
     pub maps: ClearOrder,
     /// Where there are some.
     pub tints: Option<ClearOrder>,
+    /// The layouts of the images.
+    pub layouts: Layouts,
 }
 
 /// The image of all maps, and a set for each frame in flight: binding 0 the image, binding 1 the lights' parts of it, binding 2 their tints.
@@ -92,7 +95,7 @@ impl LayeredImage {
         device: &Arc<Device>,
         plan: &ShadowPlan,
         (name, format, attachment): (&str, vk::Format, vk::ImageUsageFlags),
-        (order, layout): (ClearOrder, vk::ImageLayout),
+        (order, layouts): (ClearOrder, [vk::ImageLayout; 2]),
     ) -> gpu::Result<Self> {
         let image = Image::new(
             device,
@@ -113,10 +116,14 @@ impl LayeredImage {
             layer_count: plan.layers,
             ..Default::default()
         };
-        clear::submit(device, (&image, range), order, layout)?;
+        clear::submit(device, (&image, range), order, layouts)?;
         let array = image.view_of(&format!("{name}, all layers"), vk::ImageViewType::TYPE_2D_ARRAY, range)?;
         let layers = (0..plan.layers).map(|layer| image.layer_view(layer)).collect::<gpu::Result<_>>()?;
         Ok(Self { image, layers, array })
+    }
+
+    fn attachment(&self, clear: vk::ClearValue) -> MapAttachment<'_> {
+        MapAttachment { image: &self.image, views: &self.layers, clear }
     }
 }
 
@@ -129,10 +136,13 @@ impl ShadowAtlas {
         orders: ClearOrders,
     ) -> gpu::Result<Self> {
         let depth = ("shadow atlas", DEPTH, vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT);
-        let maps = LayeredImage::new(device, plan, depth, (orders.maps, ATLAS_LAYOUT))?;
+        let layouts = orders.layouts;
+        let (readable, tinted) = (layouts.of(ATLAS_LAYOUT), layouts.of(TINT_LAYOUT));
+        let written = layouts.of(vk::ImageLayout::TRANSFER_DST_OPTIMAL);
+        let maps = LayeredImage::new(device, plan, depth, (orders.maps, [written, readable]))?;
         let color = ("shadow tints", ShadowPlan::TINT, vk::ImageUsageFlags::COLOR_ATTACHMENT);
         let tints =
-            orders.tints.map(|order| LayeredImage::new(device, plan, color, (order, TINT_LAYOUT))).transpose()?;
+            orders.tints.map(|order| LayeredImage::new(device, plan, color, (order, [written, tinted]))).transpose()?;
         let stages = vk::ShaderStageFlags::FRAGMENT | vk::ShaderStageFlags::COMPUTE;
         let (texture, uniform) = (vk::DescriptorType::SAMPLED_IMAGE, vk::DescriptorType::UNIFORM_BUFFER);
         let set_layout = SetLayout::new(
@@ -143,7 +153,7 @@ impl ShadowAtlas {
         let count = frames_in_flight as u32;
         let pool = DescriptorPool::new(device, "shadow pool", count, &[(texture, 2 * count), (uniform, count)])?;
         // Shaders name the tints, whether or not they look any up.
-        let tint = tints.as_ref().map_or((maps.array.raw, ATLAS_LAYOUT), |own| (own.array.raw, TINT_LAYOUT));
+        let tint = tints.as_ref().map_or((maps.array.raw, readable), |own| (own.array.raw, tinted));
         let frame = |index| {
             let size = (MAX_SHADOW_VIEWS * size_of::<ShadowRecord>()) as u64;
             let name = format!("shadow maps of frame {index}");
@@ -151,7 +161,7 @@ impl ShadowAtlas {
             let buffer = Buffer::new(device, &name, size, usage, Location::Upload, MemoryKind::Uniform)?;
             let set = pool.allocate(&format!("shadow set of frame {index}"), set_layout.raw)?;
             SetWriter::new()
-                .sampled_image(0, maps.array.raw, ATLAS_LAYOUT)
+                .sampled_image(0, maps.array.raw, readable)
                 .uniform_buffer(1, &buffer, buffer.size)
                 .sampled_image(2, tint.0, tint.1)
                 .update(device, set);
@@ -161,21 +171,27 @@ impl ShadowAtlas {
         Ok(Self { maps, tints, set_layout, frames, _pool: pool })
     }
 
-    /// The attachments of a layer's framebuffer.
-    pub fn layer(&self, layer: usize) -> Vec<vk::ImageView> {
-        self.images().map(|own| own.layers[layer].raw).collect()
-    }
-
-    /// The values that these are cleared to.
-    pub fn clears(&self) -> Vec<vk::ClearValue> {
+    /// The maps as attachments.
+    pub fn depth(&self) -> MapAttachment<'_> {
         // Reversed depth: infinity.
-        let far = vk::ClearValue { depth_stencil: vk::ClearDepthStencilValue { depth: 0.0, stencil: 0 } };
-        let untinted = vk::ClearValue { color: vk::ClearColorValue { float32: NOTHING_TINTED } };
-        [far, untinted].into_iter().take(self.images().count()).collect()
+        let clear = vk::ClearValue { depth_stencil: vk::ClearDepthStencilValue { depth: 0.0, stencil: 0 } };
+        self.maps.attachment(clear)
     }
 
-    fn images(&self) -> impl Iterator<Item = &LayeredImage> {
-        [Some(&self.maps), self.tints.as_ref()].into_iter().flatten()
+    /// Their tints as attachments, where there are some.
+    pub fn tints(&self) -> Option<MapAttachment<'_>> {
+        let clear = vk::ClearValue { color: vk::ClearColorValue { float32: NOTHING_TINTED } };
+        self.tints.as_ref().map(|own| own.attachment(clear))
+    }
+
+    /// The number of layers of each image.
+    pub fn layers(&self) -> usize {
+        self.maps.layers.len()
+    }
+
+    /// The size of a layer.
+    pub fn extent(&self) -> vk::Extent2D {
+        self.maps.image.extent
     }
 
     /// Set 2 of one frame in flight.
@@ -207,6 +223,24 @@ impl ShadowAtlas {
     }
 }
 
+/// An image of maps whose layers are drawn into.
+pub struct MapAttachment<'a> {
+    image: &'a Image,
+    /// Of each layer.
+    pub views: &'a [Owned<vk::ImageView>],
+    /// The value that a map is cleared to.
+    pub clear: vk::ClearValue,
+}
+
+impl MapAttachment<'_> {
+    /// One layer of the image.
+    pub fn layer(&self, layer: usize) -> ImageRange {
+        let mut all = ImageRange::from(self.image);
+        (all.range.base_array_layer, all.range.layer_count) = (layer as u32, 1);
+        all
+    }
+}
+
 /// The clear that each of the images begins with.
 pub mod clear {
     use std::sync::Arc;
@@ -218,18 +252,17 @@ pub mod clear {
     use crate::gpu::{self, CommandBuffer, Device, Image, barrier};
 
     /// Clears the whole image.
-    pub const WRITE: Use = Use::new(vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_WRITE);
+    pub const WRITE: Use = Use::new(vk::PipelineStageFlags2::CLEAR, vk::AccessFlags2::TRANSFER_WRITE);
 
     /// Clears all maps to "nothing is there" and takes them to the layout in which they are read.
     pub(super) fn submit(
         device: &Arc<Device>,
         (image, range): (&Image, vk::ImageSubresourceRange),
         order: ClearOrder,
-        layout: vk::ImageLayout,
+        [cleared, readable]: [vk::ImageLayout; 2],
     ) -> gpu::Result<()> {
         let mut cmd = CommandBuffer::new(device, "clear shadow maps")?;
         cmd.begin()?;
-        let cleared = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
         barrier::image_barrier(device, cmd.raw, image, order.clear, [vk::ImageLayout::UNDEFINED, cleared]);
         let is_depth = range.aspect_mask == vk::ImageAspectFlags::DEPTH;
         // SAFETY: recording, outside a render pass; the image is in this layout and has the usage.
@@ -242,7 +275,7 @@ pub mod clear {
                 device.raw.cmd_clear_color_image(cmd.raw, image.raw, cleared, &clear, &[range]);
             }
         }
-        barrier::image_barrier(device, cmd.raw, image, order.look_up, [cleared, layout]);
+        barrier::image_barrier(device, cmd.raw, image, order.look_up, [cleared, readable]);
         cmd.end()?;
         device.submit(&cmd)?;
         Ok(())

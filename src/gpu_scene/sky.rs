@@ -28,7 +28,7 @@ pub const BASE_EDGE: u32 = 16;
 pub const TABLE_EDGE: u32 = 64;
 
 /// Samples PREFILTER's output.
-pub const SKY_READ: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::SHADER_READ);
+pub const SKY_READ: Use = Use::new(vk::PipelineStageFlags2::FRAGMENT_SHADER, vk::AccessFlags2::SHADER_READ);
 
 /// Bindings in set 0, as `shaders/sky.wgsl` and `shaders/shared/sky.wgsl` declare them.
 const CUBE: u32 = 6;
@@ -118,8 +118,7 @@ impl SkyMaps {
     }
 
     /// Writes the sky's part of set 0.
-    pub(super) fn write(&self, plan: &SkyPlan, writer: SetWriter) -> SetWriter {
-        let readable = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
+    pub(super) fn write(&self, plan: &SkyPlan, readable: vk::ImageLayout, writer: SetWriter) -> SetWriter {
         let mut writer = writer.sampler(SAMPLER, self.sampler.raw);
         if plan.shown {
             writer = writer.sampled_image(CUBE, self.cube_view.raw, readable);

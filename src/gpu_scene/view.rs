@@ -145,7 +145,8 @@ impl ViewBuffers {
         }
         writer = air::write(plan, light_in_air, lights.as_ref(), writer);
         if let (Some(sky), Some(planned)) = (sky, &plan.effects.sky) {
-            writer = sky.write(planned, writer);
+            let readable = plan.layouts.of(vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL);
+            writer = sky.write(planned, readable, writer);
         }
         let sky_directions = DirectionBuffer::new(device, index, plan)?;
         if let Some(directions) = &sky_directions {

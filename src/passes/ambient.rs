@@ -50,7 +50,7 @@ impl AmbientPass {
     pub fn new(
         device: &Arc<Device>,
         plan: &FramePlan,
-        slot: Slot,
+        slot: &Slot,
         layouts: SetLayouts,
         inputs: &[InputDescriptor],
     ) -> gpu::Result<Self> {

@@ -13,9 +13,9 @@ use crate::scene::AmbientOcclusion;
 use crate::shaders::ao::{self as shader, Flags, constants};
 
 /// Reads depth and normals, those of its pixel and of others.
-pub const GBUFFER_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
+pub const GBUFFER_READ: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_READ);
 /// Writes every texel.
-pub const VISIBILITY_WRITE: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
+pub const VISIBILITY_WRITE: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_WRITE);
 
 const READS: &str = "reads depth and normals of its pixel and of others";
 

@@ -13,13 +13,13 @@ use crate::scene::AmbientOcclusion;
 use crate::shaders::ao_denoise::{self as shader, Flags, constants};
 
 /// Reads the depth and the normal of its pixel.
-const GBUFFER_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
+const GBUFFER_READ: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_READ);
 /// Reads AO's values around its pixel.
-pub const VISIBILITY_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
+pub const VISIBILITY_READ: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_READ);
 /// Multiplies the occlusion of its own pixel.
 pub const ALBEDO_BLEND: Use = Use::new(
-    vk::PipelineStageFlags::COMPUTE_SHADER,
-    vk::AccessFlags::from_raw(vk::AccessFlags::SHADER_READ.as_raw() | vk::AccessFlags::SHADER_WRITE.as_raw()),
+    vk::PipelineStageFlags2::COMPUTE_SHADER,
+    vk::AccessFlags2::from_raw(vk::AccessFlags2::SHADER_READ.as_raw() | vk::AccessFlags2::SHADER_WRITE.as_raw()),
 );
 
 /// The binding of the albedo.

@@ -17,9 +17,9 @@ use crate::plan::{BACKDROP, FramePlan, Target};
 use crate::shaders::backdrop::{self as shader, Flags, constants};
 
 /// Reads the light and the depth of each pixel.
-pub const PICTURE_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
+pub const PICTURE_READ: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_READ);
 /// Writes all levels.
-pub const LEVELS_WRITE: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
+pub const LEVELS_WRITE: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_WRITE);
 /// The levels, where set 0 names them.
 pub const LEVELS: Resource = Resource::Buffers(BACKDROP);
 

@@ -43,7 +43,7 @@ pub struct CompositePass {
 
 impl CompositePass {
     /// `inputs` are the sums.
-    pub fn new(device: &Arc<Device>, plan: &FramePlan, slot: Slot, inputs: &[InputDescriptor]) -> gpu::Result<Self> {
+    pub fn new(device: &Arc<Device>, plan: &FramePlan, slot: &Slot, inputs: &[InputDescriptor]) -> gpu::Result<Self> {
         let inputs = InputSet::new(device, "sums of transparent surfaces", inputs)?;
         let shader = needed("composite", shader::variant, flags(plan))?;
         let screen = Screen::multisampled(

@@ -5,15 +5,15 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::{Pass, PassName, Presence, Resource, ResourceUse, UseKind, shown};
-use crate::gpu::{self, Buffer, Device, Location, MemoryKind, sync::Use};
+use crate::gpu::{self, Buffer, Device, Location, MemoryKind, sync::{Layouts, Use}};
 use crate::plan::FramePlan;
 
 /// Reads the output.
-pub const READ: Use = Use::new(vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_READ);
+pub const READ: Use = Use::new(vk::PipelineStageFlags2::COPY, vk::AccessFlags2::TRANSFER_READ);
 /// Writes the buffer.
-pub const WRITE: Use = Use::new(vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_WRITE);
+pub const WRITE: Use = Use::new(vk::PipelineStageFlags2::COPY, vk::AccessFlags2::TRANSFER_WRITE);
 /// The CPU maps it.
-pub const HOST_READ: Use = Use::new(vk::PipelineStageFlags::HOST, vk::AccessFlags::HOST_READ);
+pub const HOST_READ: Use = Use::new(vk::PipelineStageFlags2::HOST, vk::AccessFlags2::HOST_READ);
 
 pub const PASS: Pass = Pass {
     place: PassName::pass("COPY"),
@@ -45,7 +45,7 @@ impl Copy {
     }
 
     /// Copies an image of the plan's size and format, which is in TRANSFER_SRC_OPTIMAL.
-    pub fn record(&self, device: &Device, cmd: vk::CommandBuffer, output: vk::Image) {
+    pub fn record(&self, device: &Device, cmd: vk::CommandBuffer, (output, layouts): (vk::Image, Layouts)) {
         let region = vk::BufferImageCopy::default()
             .image_subresource(vk::ImageSubresourceLayers {
                 aspect_mask: vk::ImageAspectFlags::COLOR,
@@ -56,7 +56,7 @@ impl Copy {
             .image_extent(vk::Extent3D { width: self.size[0], height: self.size[1], depth: 1 });
         // SAFETY: `cmd` is being recorded outside a render pass; the buffer holds the whole picture.
         unsafe {
-            let layout = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
+            let layout = layouts.of(vk::ImageLayout::TRANSFER_SRC_OPTIMAL);
             device.raw.cmd_copy_image_to_buffer(cmd, output, layout, self.buffer.raw, &[region]);
         }
     }

@@ -12,11 +12,11 @@ use crate::gpu_scene::CullingBuffers;
 use crate::shaders::cull::{self as shader, Flags};
 
 /// Reads the CPU's data.
-pub const LIST_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
+pub const LIST_READ: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_READ);
 /// Looks into the pyramid of depths.
 pub const PYRAMID_READ: Use = LIST_READ;
 /// Writes what it finds.
-pub const MARK_WRITE: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
+pub const MARK_WRITE: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_WRITE);
 
 pub const PASS: Pass = Pass {
     place: PassName::pass("CULL"),

@@ -6,7 +6,7 @@ use std::fmt;
 use ash::vk;
 
 use super::object::Make;
-use crate::gpu::sync::Use;
+use crate::gpu::sync::{Layouts, SyncVersion, Use};
 use crate::plan::{BufferName, FramePlan, Target};
 use crate::scene::Settings;
 
@@ -26,6 +26,13 @@ pub struct Pass {
     pub leave_out: Option<fn(&mut Settings)>,
     /// Makes its object; `None` for a pass that is recorded outside of the renderer's own part of a frame.
     pub make: Option<Make>,
+}
+
+impl Pass {
+    /// The uses of the pass in a plan's frames, as [`Pass::touches`] declares them.
+    pub fn uses(&self, plan: &FramePlan) -> Vec<ResourceUse> {
+        (self.touches)(plan).into_iter().map(|touch| touch.in_frames_of(plan)).collect()
+    }
 }
 
 /// The presence of a pass in a plan's frames, or its absence, with the reason, as `inspect` prints it.
@@ -204,6 +211,10 @@ pub struct ResourceUse {
     pub how: UseKind,
     /// Stages and accesses. An attachment that is blended, or depth that is written, shows here.
     pub uses: Use,
+    /// The layouts of the frame's images.
+    pub layouts: Layouts,
+    /// The layout that an attachment has throughout the rendering that the use is in, where that is not the use's own.
+    pub throughout: Option<vk::ImageLayout>,
     /// Invocations for one sample read the other samples of their pixel as well.
     pub all_samples: bool,
     /// What the pass does with the resource, in words that follow its name: the reason of the rows by which it waits.
@@ -256,7 +267,8 @@ pub enum ContentsIfFirst {
 impl ResourceUse {
     /// With several samples a pixel, an invocation touches only its own sample.
     pub const fn new(resource: Resource, how: UseKind, uses: Use) -> Self {
-        Self { resource, how, uses, all_samples: false, why: "" }
+        let layouts = Layouts::Optimal;
+        Self { resource, how, uses, layouts, throughout: None, all_samples: false, why: "" }
     }
 
     const fn target(target: Target, how: UseKind, uses: Use) -> Self {
@@ -325,7 +337,7 @@ impl ResourceUse {
     }
 
     pub fn writes(&self) -> bool {
-        self.uses.writes().access != vk::AccessFlags::empty()
+        self.uses.writes().access != vk::AccessFlags2::empty()
     }
 
     /// Returns true if it is an attachment of the render pass.
@@ -338,8 +350,21 @@ impl ResourceUse {
         matches!(self.resource, Resource::Target(Target::Depth | Target::Occluders) | Resource::SHADOW_MAPS)
     }
 
+    /// The same in frames of a plan: with its layouts, and with the masks of its API.
+    fn in_frames_of(self, plan: &FramePlan) -> Self {
+        let uses = match plan.sync {
+            SyncVersion::One => self.uses.coarse(),
+            SyncVersion::Two => self.uses.of_shaders(matches!(self.how, UseKind::Sampled { .. })),
+        };
+        Self { uses, layouts: plan.layouts, ..self }
+    }
+
     /// The layout that it needs; `UNDEFINED` for a buffer.
     pub fn layout(&self) -> vk::ImageLayout {
+        self.throughout.unwrap_or_else(|| self.layouts.of(self.optimal_layout()))
+    }
+
+    fn optimal_layout(&self) -> vk::ImageLayout {
         let is_depth = self.is_depth();
         match self.how {
             UseKind::Color { .. } | UseKind::Resolve => vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL,

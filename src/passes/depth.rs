@@ -36,7 +36,7 @@ impl DepthPass {
     pub fn new(
         device: &Arc<Device>,
         plan: &FramePlan,
-        slot: Slot,
+        slot: &Slot,
         frame_layout: vk::DescriptorSetLayout,
         colors: u32,
     ) -> gpu::Result<Self> {

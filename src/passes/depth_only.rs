@@ -33,7 +33,7 @@ impl DepthOnly {
     pub fn new(
         device: &Arc<Device>,
         plan: &FramePlan,
-        (name, slot): (&str, Slot),
+        (name, slot): (&str, &Slot),
         frame_layout: vk::DescriptorSetLayout,
         colors: u32,
     ) -> gpu::Result<Self> {
@@ -64,8 +64,7 @@ impl DepthOnly {
                     blend: &blend,
                     samples: plan.sample_count(),
                     layout: layout.raw,
-                    render_pass: slot.render_pass,
-                    subpass: slot.subpass,
+                    place: slot,
                 },
             )?;
             pipelines.insert((two_sided, mirrored), pipeline);

@@ -10,7 +10,7 @@ use super::{
     COLOR_WRITE, ContentsIfFirst, NO_WINDOW, Pass, PassName, Presence, Resource, ResourceUse, SAMPLED, Slot, UseKind,
     needed, shown,
 };
-use crate::gpu::{self, DescriptorPool, Device, SetLayout, SetWriter, binding, sync::Use};
+use crate::gpu::{self, DescriptorPool, Device, SetLayout, SetWriter, binding, sync::{Layouts, Use}};
 use crate::plan::{PresentTarget, Transfer};
 use crate::shaders::encode::{self as shader, Flags, constants, host};
 
@@ -61,8 +61,8 @@ pub struct Encode {
 
 impl Encode {
     /// For images of this format.
-    pub fn new(device: &Arc<Device>, format: vk::Format, transfer: Transfer) -> gpu::Result<Self> {
-        let pass = WindowPass::new(device, "encode", format, vk::AttachmentLoadOp::DONT_CARE)?;
+    pub fn new(device: &Arc<Device>, format: vk::Format, transfer: Transfer, layouts: Layouts) -> gpu::Result<Self> {
+        let pass = WindowPass::new(device, "encode", format, vk::AttachmentLoadOp::DONT_CARE, layouts)?;
         let set_layout =
             SetLayout::new(device, "encode set layout", &[binding(0, KIND, vk::ShaderStageFlags::FRAGMENT)])?;
         let shader = needed("encode", shader::variant, Flags::NONE)?;
@@ -70,7 +70,7 @@ impl Encode {
             device,
             &ScreenDesc {
                 name: "encode",
-                slot: Slot { render_pass: pass.render_pass.raw, subpass: 0 },
+                slot: &Slot::Subpass(pass.render_pass.raw, 0),
                 shader,
                 constants: &[(constants::TRANSFER, constant(transfer)), (constants::WHITE, WHITE_NITS.to_bits())],
                 set_layouts: &[set_layout.raw],
@@ -82,8 +82,8 @@ impl Encode {
     }
 
     /// Returns true if it was made for such images.
-    pub fn is_for(&self, format: vk::Format, transfer: Transfer) -> bool {
-        (self.pass.format, self.transfer) == (format, transfer)
+    pub fn is_for(&self, format: vk::Format, transfer: Transfer, layouts: Layouts) -> bool {
+        (self.pass.format, self.transfer, self.pass.layouts) == (format, transfer, layouts)
     }
 
     /// Reads this picture and draws into these images from now on, all of one size.
@@ -96,7 +96,8 @@ impl Encode {
         let device = &self.pass.device;
         let pool = DescriptorPool::new(device, "encode pool", 1, &[(KIND, 1)])?;
         let set = pool.allocate("encode set", self.set_layout.raw)?;
-        SetWriter::new().sampled_image(0, picture, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL).update(device, set);
+        let readable = self.pass.layouts.of(vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL);
+        SetWriter::new().sampled_image(0, picture, readable).update(device, set);
         self.pass.resize(images, extent)?;
         self.picture = Some((pool, set));
         Ok(())

@@ -11,11 +11,11 @@ use crate::gpu_scene::CullingBuffers;
 use crate::shaders::fill::{self as shader, Flags};
 
 /// Reads the CPU's data.
-pub const LIST_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
+pub const LIST_READ: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_READ);
 /// Reads what CULL and ARRANGE found.
 pub const COUNT_READ: Use = LIST_READ;
 /// Writes rows and commands.
-pub const DRAW_WRITE: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
+pub const DRAW_WRITE: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_WRITE);
 
 pub const PASS: Pass = Pass {
     place: PassName::pass("FILL"),

@@ -53,7 +53,7 @@ impl FogPass {
     pub fn new(
         device: &Arc<Device>,
         plan: &FramePlan,
-        slot: Slot,
+        slot: &Slot,
         layouts: SetLayouts,
         inputs: &[InputDescriptor],
     ) -> gpu::Result<Self> {

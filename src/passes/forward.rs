@@ -64,7 +64,7 @@ impl ForwardPass {
     pub fn new(
         device: &Arc<Device>,
         plan: &FramePlan,
-        slot: Slot,
+        slot: &Slot,
         layouts: SetLayouts,
         scene: &GpuScene,
     ) -> gpu::Result<Self> {

@@ -87,7 +87,7 @@ impl GeometryPass {
     pub fn new(
         device: &Arc<Device>,
         plan: &FramePlan,
-        slot: Slot,
+        slot: &Slot,
         frame_layout: vk::DescriptorSetLayout,
         scene: &GpuScene,
     ) -> gpu::Result<Self> {
@@ -116,7 +116,7 @@ impl PassRecorder for GeometryPass {
 fn pipeline(
     device: &Arc<Device>,
     plan: &FramePlan,
-    slot: Slot,
+    slot: &Slot,
     key: GeometryKey,
     layout: vk::PipelineLayout,
 ) -> gpu::Result<Owned<vk::Pipeline>> {

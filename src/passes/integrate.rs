@@ -11,9 +11,9 @@ use crate::shaders::group_edge;
 use crate::shaders::integrate::{self as shader, Flags, constants};
 
 /// Reads the light of each froxel.
-pub const LIGHT_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
+pub const LIGHT_READ: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_READ);
 /// Writes the light scattered before each froxel.
-pub const SUM_WRITE: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
+pub const SUM_WRITE: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_WRITE);
 
 pub const PASS: Pass = Pass {
     place: PassName::pass("INTEGRATE"),

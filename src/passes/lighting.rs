@@ -82,7 +82,7 @@ impl LightingPass {
     pub fn new(
         device: &Arc<Device>,
         plan: &FramePlan,
-        slot: Slot,
+        slot: &Slot,
         layouts: SetLayouts,
         inputs: &[InputDescriptor],
     ) -> gpu::Result<Self> {

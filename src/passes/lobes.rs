@@ -50,7 +50,7 @@ impl LobesPass {
     pub fn new(
         device: &Arc<Device>,
         plan: &FramePlan,
-        slot: Slot,
+        slot: &Slot,
         layouts: SetLayouts,
         scene: &GpuScene,
     ) -> gpu::Result<Self> {

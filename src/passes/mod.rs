@@ -119,7 +119,7 @@ use std::ops::Range;
 
 use ash::vk;
 
-use crate::gpu::{self, Device, Timestamps, sync::Use};
+use crate::gpu::{self, Device, PipelinePlace, Timestamps, sync::Use};
 use crate::gpu_scene::{
     CulledState, CullingBuffers, GpuScene, INDEX_READ, Instances, SKY_READ, TEXTURE_READ, VERTEX_READ,
 };
@@ -129,17 +129,17 @@ use crate::visible::{Caster, MapDraw, Reprojection, ShadowView, Visible, World, 
 
 /// Shaders read what the CPU wrote for their frame.
 pub const FRAME_READ: Use = Use::new(
-    vk::PipelineStageFlags::from_raw(
-        vk::PipelineStageFlags::VERTEX_SHADER.as_raw()
-            | vk::PipelineStageFlags::FRAGMENT_SHADER.as_raw()
-            | vk::PipelineStageFlags::COMPUTE_SHADER.as_raw(),
+    vk::PipelineStageFlags2::from_raw(
+        vk::PipelineStageFlags2::VERTEX_SHADER.as_raw()
+            | vk::PipelineStageFlags2::FRAGMENT_SHADER.as_raw()
+            | vk::PipelineStageFlags2::COMPUTE_SHADER.as_raw(),
     ),
-    vk::AccessFlags::SHADER_READ,
+    vk::AccessFlags2::SHADER_READ,
 );
 
 /// Reads commands, and fetches rows of instances.
 pub const CULLED_READ: Use =
-    VERTEX_READ.or(Use::new(vk::PipelineStageFlags::DRAW_INDIRECT, vk::AccessFlags::INDIRECT_COMMAND_READ));
+    VERTEX_READ.or(Use::new(vk::PipelineStageFlags2::DRAW_INDIRECT, vk::AccessFlags2::INDIRECT_COMMAND_READ));
 
 /// Places outside of frames that work once, in their order, each with its work.
 pub const ONCE: [(PassName, &str); 3] = [
@@ -152,28 +152,28 @@ pub const ONCE: [(PassName, &str); 3] = [
 
 /// Writes colour attachments.
 const COLOR_WRITE: Use =
-    Use::new(vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags::COLOR_ATTACHMENT_WRITE);
+    Use::new(vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags2::COLOR_ATTACHMENT_WRITE);
 /// Loads colour attachments, or reads them to blend.
 const COLOR_READ: Use =
-    Use::new(vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags::COLOR_ATTACHMENT_READ);
+    Use::new(vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags2::COLOR_ATTACHMENT_READ);
 /// Blends into colour attachments.
 const COLOR_BLEND: Use = COLOR_WRITE.or(COLOR_READ);
 /// Reads depth before the fragment shader.
 const EARLY_DEPTH_READ: Use =
-    Use::new(vk::PipelineStageFlags::EARLY_FRAGMENT_TESTS, vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_READ);
+    Use::new(vk::PipelineStageFlags2::EARLY_FRAGMENT_TESTS, vk::AccessFlags2::DEPTH_STENCIL_ATTACHMENT_READ);
 /// Writes depth before the fragment shader.
 const EARLY_DEPTH_WRITE: Use =
-    Use::new(vk::PipelineStageFlags::EARLY_FRAGMENT_TESTS, vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_WRITE);
+    Use::new(vk::PipelineStageFlags2::EARLY_FRAGMENT_TESTS, vk::AccessFlags2::DEPTH_STENCIL_ATTACHMENT_WRITE);
 /// Writes depth after the fragment shader.
 const LATE_DEPTH_WRITE: Use =
-    Use::new(vk::PipelineStageFlags::LATE_FRAGMENT_TESTS, vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_WRITE);
+    Use::new(vk::PipelineStageFlags2::LATE_FRAGMENT_TESTS, vk::AccessFlags2::DEPTH_STENCIL_ATTACHMENT_WRITE);
 /// Tests against depth and leaves it: both stages read, since which one does is the implementation's choice.
 const DEPTH_COMPARE: Use = EARLY_DEPTH_READ
-    .or(Use::new(vk::PipelineStageFlags::LATE_FRAGMENT_TESTS, vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_READ));
+    .or(Use::new(vk::PipelineStageFlags2::LATE_FRAGMENT_TESTS, vk::AccessFlags2::DEPTH_STENCIL_ATTACHMENT_READ));
 /// Reads the pixel's own place of input attachments.
-const INPUT_READ: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::INPUT_ATTACHMENT_READ);
+const INPUT_READ: Use = Use::new(vk::PipelineStageFlags2::FRAGMENT_SHADER, vk::AccessFlags2::INPUT_ATTACHMENT_READ);
 /// Samples images while shading fragments.
-const SAMPLED: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::SHADER_READ);
+const SAMPLED: Use = Use::new(vk::PipelineStageFlags2::FRAGMENT_SHADER, vk::AccessFlags2::SHADER_SAMPLED_READ);
 
 /// The reason why a pass over what a window shows is not there.
 pub(crate) const NO_WINDOW: &str = "no window";
@@ -269,12 +269,8 @@ pub fn needed<F: Copy + std::fmt::Debug>(
     variant(flags).ok_or_else(|| gpu::Error::Unsupported(format!("{shader}.wgsl has no variant {flags:?}")))
 }
 
-/// The place in a render pass where a pipeline runs.
-#[derive(Debug, Clone, Copy)]
-pub struct Slot {
-    pub render_pass: vk::RenderPass,
-    pub subpass: u32,
-}
+/// The subpass in which a pipeline runs.
+pub type Slot = PipelinePlace;
 
 /// Layouts of the sets that passes share.
 #[derive(Debug, Clone, Copy)]

@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use ash::vk;
+
 use super::screen::InputDescriptor;
 use super::{FrameContext, ImageBinding, Pass, Resource, ResourceUse, SetLayouts, Slot, UseKind};
 use crate::gpu::{self, Buffer, Device};
@@ -81,8 +83,9 @@ impl<'a> Making<'a> {
     ///
     /// # Errors
     /// When the list of the frame has it in none.
-    pub fn slot(&self) -> gpu::Result<Slot> {
+    pub fn slot(&self) -> gpu::Result<&Slot> {
         self.in_render_pass
+            .as_ref()
             .ok_or_else(|| gpu::Error::Misuse(format!("the frame has no subpass for {}", self.pass.place)))
     }
 
@@ -111,8 +114,12 @@ impl<'a> Making<'a> {
             let Resource::Target(target) = touch.resource else { return None };
             let image = self.targets.image(target);
             match touch.how {
-                UseKind::Sampled { binding } => Some((binding, image.view, touch.layout())),
-                UseKind::Storage { binding } => Some((binding, image.storage_view, touch.layout())),
+                UseKind::Sampled { binding } => {
+                    Some((binding, image.view, touch.layout(), vk::DescriptorType::SAMPLED_IMAGE))
+                }
+                UseKind::Storage { binding } => {
+                    Some((binding, image.storage_view, touch.layout(), vk::DescriptorType::STORAGE_IMAGE))
+                }
                 _ => None,
             }
         });

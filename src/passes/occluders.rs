@@ -39,7 +39,7 @@ impl OccludersPass {
     pub fn new(
         device: &Arc<Device>,
         plan: &FramePlan,
-        slot: Slot,
+        slot: &Slot,
         frame_layout: vk::DescriptorSetLayout,
     ) -> gpu::Result<Self> {
         Ok(Self(DepthOnly::new(device, plan, ("occluders", slot), frame_layout, 0)?))

@@ -11,12 +11,12 @@ use bytemuck::{Pod, Zeroable};
 
 use super::screen::{WindowPass, over, sampled_bindings, sampled_set, stages};
 use super::{
-    COLOR_BLEND, ContentsIfFirst, NO_WINDOW, Pass, PassName, Presence, Resource, ResourceUse, SAMPLED, UseKind, needed,
+    COLOR_BLEND, ContentsIfFirst, NO_WINDOW, Pass, PassName, Presence, Resource, ResourceUse, SAMPLED, Slot, UseKind, needed,
     shown,
 };
 use crate::gpu::{
     self, Buffer, DescriptorPool, Device, GraphicsPipeline, GraphicsPipelineDesc, Image, ImageDesc, Location,
-    MemoryKind, Owned, OwnedSampler, SetLayout, UploadOrder, Uploader, pipeline_layout, sync::Use,
+    MemoryKind, Owned, OwnedSampler, SetLayout, UploadOrder, Uploader, pipeline_layout, sync::{Layouts, Use},
 };
 use crate::shaders::overlay::{self as shader, Flags, constants};
 
@@ -130,7 +130,7 @@ impl OverlayPass {
         uploads: UploadOrder,
         in_flight: usize,
     ) -> gpu::Result<Self> {
-        let pass = WindowPass::new(device, "overlay", format, vk::AttachmentLoadOp::LOAD)?;
+        let pass = WindowPass::new(device, "overlay", format, vk::AttachmentLoadOp::LOAD, uploads.layouts)?;
         let set_layout = SetLayout::new(device, "overlay set layout", &sampled_bindings())?;
         let range =
             vk::PushConstantRange { stage_flags: PUSH_STAGES, offset: 0, size: size_of::<OverlayPush>() as u32 };
@@ -148,9 +148,9 @@ impl OverlayPass {
         })
     }
 
-    /// The format of the images that it draws into.
-    pub fn format(&self) -> vk::Format {
-        self.pass.format
+    /// The format of the images that it draws into, and the layouts of images.
+    pub fn form(&self) -> (vk::Format, Layouts) {
+        (self.pass.format, self.pass.layouts)
     }
 
     /// Draws into these images from now on.
@@ -218,7 +218,13 @@ impl OverlayPass {
     }
 
     fn bind(&self, image: Image) -> gpu::Result<OverlayTexture> {
-        let (pool, set) = sampled_set(&self.pass.device, "overlay", &self.set_layout, image.view, &self.sampler)?;
+        let (pool, set) = sampled_set(
+            &self.pass.device,
+            "overlay",
+            &self.set_layout,
+            (image.view, self.pass.layouts),
+            &self.sampler,
+        )?;
         Ok(OverlayTexture { set, _pool: pool, _image: image })
     }
 
@@ -294,8 +300,7 @@ fn pipeline(
             blend: &[over()],
             samples: vk::SampleCountFlags::TYPE_1,
             layout,
-            render_pass,
-            subpass: 0,
+            place: &Slot::Subpass(render_pass, 0),
         },
     )
 }

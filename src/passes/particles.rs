@@ -20,9 +20,9 @@ use crate::scene::emitter::MOST_TEXTURES;
 use crate::shaders::particles::{self as shader, Flags, constants};
 
 /// Reads what SIMULATE and SORT wrote: vertices where it lies, and fragments how it looks.
-pub const STATE_READ: Use = Use::new(vk::PipelineStageFlags::VERTEX_SHADER, vk::AccessFlags::SHADER_READ).or(LAST_READ);
+pub const STATE_READ: Use = Use::new(vk::PipelineStageFlags2::VERTEX_SHADER, vk::AccessFlags2::SHADER_READ).or(LAST_READ);
 /// Reads it last.
-pub const LAST_READ: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::SHADER_READ);
+pub const LAST_READ: Use = Use::new(vk::PipelineStageFlags2::FRAGMENT_SHADER, vk::AccessFlags2::SHADER_READ);
 /// Reads the depth of its own pixel, to fade before it.
 pub const DEPTH_READ: Use = INPUT_READ;
 
@@ -72,12 +72,12 @@ impl ParticlePass {
     fn new<'a>(
         device: &Arc<Device>,
         (plan, planned): (&FramePlan, &ParticlePlan),
-        (slot, frame_layout): (Slot, vk::DescriptorSetLayout),
+        (slot, frame_layout): (&Slot, vk::DescriptorSetLayout),
         (buffers, textures): (impl Iterator<Item = &'a Buffer>, Option<&Sheets>),
         inputs: &[InputDescriptor],
     ) -> gpu::Result<Self> {
         let inputs = InputSet::new(device, "depth behind particles", inputs)?;
-        let (set_layout, pool, set) = described(device, buffers, textures)?;
+        let (set_layout, pool, set) = described(device, buffers, textures, plan.layouts.of(vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL))?;
         let layout = pipeline_layout(device, "particles", &[frame_layout, inputs.set_layout.raw, set_layout.raw], &[])?;
         let variant = needed("particles", shader::variant, flags(plan))?;
         let own = limits(plan);
@@ -108,8 +108,7 @@ impl ParticlePass {
                 blend: &blend(plan),
                 samples: plan.sample_count(),
                 layout: layout.raw,
-                render_pass: slot.render_pass,
-                subpass: slot.subpass,
+                place: slot,
             },
         )?;
         // As in the shader: two triangles of a square, or one around a disc.
@@ -156,6 +155,7 @@ fn described<'a>(
     device: &Arc<Device>,
     buffers: impl Iterator<Item = &'a Buffer>,
     textures: Option<&Sheets>,
+    readable: vk::ImageLayout,
 ) -> gpu::Result<(SetLayout, DescriptorPool, vk::DescriptorSet)> {
     const IMAGE: vk::DescriptorType = vk::DescriptorType::SAMPLED_IMAGE;
     const STORAGE: vk::DescriptorType = vk::DescriptorType::STORAGE_BUFFER;
@@ -182,7 +182,7 @@ fn described<'a>(
         writer = writer.storage_buffer(index, buffer, buffer.size);
     }
     for (index, view) in images {
-        writer = writer.sampled_image(index, view, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL);
+        writer = writer.sampled_image(index, view, readable);
     }
     if let Some(textures) = textures {
         writer = writer.sampler(sampler, textures.sampler.raw);

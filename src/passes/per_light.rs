@@ -51,7 +51,7 @@ impl PerLightPass {
     pub fn new(
         device: &Arc<Device>,
         plan: &FramePlan,
-        slot: Slot,
+        slot: &Slot,
         layouts: SetLayouts,
         inputs: &[InputDescriptor],
     ) -> gpu::Result<Self> {
@@ -85,8 +85,7 @@ impl PerLightPass {
                 blend: &[add()],
                 samples: vk::SampleCountFlags::TYPE_1,
                 layout: layout.raw,
-                render_pass: slot.render_pass,
-                subpass: slot.subpass,
+                place: slot,
             },
         )?;
         Ok(Self { layout, pipeline, inputs })

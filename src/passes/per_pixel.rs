@@ -14,8 +14,8 @@ use crate::shaders::Variant;
 
 const COMPUTE: vk::ShaderStageFlags = vk::ShaderStageFlags::COMPUTE;
 
-/// An image of set 1: its binding, view and layout. In the layout GENERAL it is stored to.
-pub type ImageBinding = (u32, vk::ImageView, vk::ImageLayout);
+/// An image of set 1: its binding, view and layout, and how it is used.
+pub type ImageBinding = (u32, vk::ImageView, vk::ImageLayout, vk::DescriptorType);
 
 /// The targets of the G-buffer as a pass samples them that finds places by depth in every layout (`STORED` in `shaders/shared/gbuffer.wgsl`).
 pub(super) fn sampled_gbuffer(plan: &FramePlan, read: Use) -> Vec<ResourceUse> {
@@ -52,7 +52,7 @@ impl PerPixelPass {
         let Some(entry) = desc.shader.compute() else {
             return Err(gpu::Error::Unsupported(format!("{name}.wgsl has no compute entry")));
         };
-        let bindings: Vec<_> = images.iter().map(|image| binding(image.0, kind(image), COMPUTE)).collect();
+        let bindings: Vec<_> = images.iter().map(|image| binding(image.0, image.3, COMPUTE)).collect();
         let set_layout = SetLayout::new(device, name, &bindings)?;
         let layout = pipeline_layout(device, name, &[desc.frame_layout, set_layout.raw], &[])?;
         let stage =
@@ -89,13 +89,6 @@ impl PassRecorder for PerPixelPass {
     }
 }
 
-fn kind(&(_, _, layout): &ImageBinding) -> vk::DescriptorType {
-    match layout {
-        vk::ImageLayout::GENERAL => vk::DescriptorType::STORAGE_IMAGE,
-        _ => vk::DescriptorType::SAMPLED_IMAGE,
-    }
-}
-
 /// The set with all that is read and written.
 fn bound(
     device: &Arc<Device>,
@@ -103,13 +96,13 @@ fn bound(
     layout: &SetLayout,
     images: &[ImageBinding],
 ) -> gpu::Result<(DescriptorPool, vk::DescriptorSet)> {
-    let kinds: Vec<_> = images.iter().map(|image| (kind(image), 1)).collect();
+    let kinds: Vec<_> = images.iter().map(|image| (image.3, 1)).collect();
     let pool = DescriptorPool::new(device, name, 1, &kinds)?;
     let set = pool.allocate(name, layout.raw)?;
     let mut writer = SetWriter::new();
-    for &(binding, view, layout) in images {
-        writer = match layout {
-            vk::ImageLayout::GENERAL => writer.storage_image(binding, view, layout),
+    for &(binding, view, layout, kind) in images {
+        writer = match kind {
+            vk::DescriptorType::STORAGE_IMAGE => writer.storage_image(binding, view, layout),
             _ => writer.sampled_image(binding, view, layout),
         };
     }

@@ -7,7 +7,7 @@ use ash::vk;
 use bytemuck::{Pod, Zeroable};
 
 use super::{PassName, needed};
-use crate::gpu::sync::{Dependency, Use};
+use crate::gpu::sync::{Dependency, Layouts, Use};
 use crate::gpu::{
     self, CommandBuffer, DescriptorPool, Device, Image, Owned, SetLayout, SetWriter, ShaderStage, barrier, binding,
     compute_pipeline, pipeline_layout,
@@ -23,9 +23,9 @@ impl PassName {
 }
 
 /// Samples the sky.
-pub const SKY_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
+pub const SKY_READ: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_SAMPLED_READ);
 /// Writes the light that is collected of it.
-pub const LIGHT_WRITE: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
+pub const LIGHT_WRITE: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_STORAGE_WRITE);
 
 /// The edge of the level that BASE reads: its texels are 2.8 degrees wide.
 const SOURCE_EDGE: u32 = 32;
@@ -40,6 +40,8 @@ const COMPUTE: vk::ShaderStageFlags = vk::ShaderStageFlags::COMPUTE;
 pub struct PrefilterOrder {
     pub begin: Dependency,
     pub readable: Dependency,
+    /// The layouts of the images.
+    pub layouts: Layouts,
 }
 
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
@@ -132,17 +134,17 @@ pub fn submit(device: &Arc<Device>, sky: &SkyMaps, plan: &SkyPlan, order: Prefil
     cmd.begin()?;
     device.begin_label(cmd.raw, "PREFILTER");
     let general = vk::ImageLayout::GENERAL;
+    let readable = order.layouts.of(vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL);
     let images = [&light.lobe, &light.base, &light.table];
     for image in images {
         // It is new: its layout changes before the write.
         barrier::image_barrier(device, cmd.raw, image, order.begin, [vk::ImageLayout::UNDEFINED, general]);
     }
     for work in &works {
-        work.record(device, &pool, sky, cmd.raw)?;
+        work.record(device, (&pool, readable), sky, cmd.raw)?;
     }
     for image in images {
         // Surfaces sample what it wrote.
-        let readable = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
         barrier::image_barrier(device, cmd.raw, image, order.readable, [general, readable]);
     }
     device.end_label(cmd.raw);
@@ -191,14 +193,14 @@ impl PrefilterDispatch<'_> {
     fn record(
         &self,
         device: &Arc<Device>,
-        pool: &DescriptorPool,
+        (pool, readable): (&DescriptorPool, vk::ImageLayout),
         sky: &SkyMaps,
         cmd: vk::CommandBuffer,
     ) -> gpu::Result<()> {
         let set = pool.allocate("prefilter", self.program.set_layout.raw)?;
         let mut writer = SetWriter::new().storage_image(2, self.output, vk::ImageLayout::GENERAL);
         if let Some(source) = self.source {
-            writer = writer.sampled_image(0, source, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL);
+            writer = writer.sampled_image(0, source, readable);
             if source == sky.cube_view.raw {
                 writer = writer.sampler(1, sky.sampler.raw);
             }

@@ -4,19 +4,22 @@
 use ash::vk;
 
 use super::{NO_WINDOW, Pass, PassName, Presence, Resource, ResourceUse, UseKind, shown};
-use crate::gpu::{Device, Image, sync::Use};
+use crate::gpu::{
+    Device, Image,
+    sync::{Layouts, Use},
+};
 use crate::plan::PresentTarget;
 
 /// The first stage of a render pass that touches the swapchain's image, as an attachment. Presentation read the image before, and its semaphore has
 /// made that available.
-pub const ATTACH: Use = Use::new(vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags::empty());
+pub const ATTACH: Use = Use::new(vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags2::empty());
 /// The same where PRESENT is the first.
-pub const BEGIN: Use = Use::new(vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::empty());
+pub const BEGIN: Use = Use::new(vk::PipelineStageFlags2::TRANSFER, vk::AccessFlags2::empty());
 /// Writes every pixel of the image that the window shows.
-pub const WRITE: Use = Use::new(vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_WRITE);
+pub const WRITE: Use = Use::new(vk::PipelineStageFlags2::TRANSFER, vk::AccessFlags2::TRANSFER_WRITE);
 
 /// Reads the picture.
-const READ: Use = Use::new(vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_READ);
+const READ: Use = Use::new(vk::PipelineStageFlags2::TRANSFER, vk::AccessFlags2::TRANSFER_READ);
 
 pub const PASS: Pass = Pass {
     place: PassName::pass("PRESENT"),
@@ -55,6 +58,7 @@ pub fn record(
     cmd: vk::CommandBuffer,
     (picture, is_alike): (&Image, bool),
     (shown, extent): (vk::Image, vk::Extent2D),
+    layouts: Layouts,
 ) {
     let layers = vk::ImageSubresourceLayers {
         aspect_mask: vk::ImageAspectFlags::COLOR,
@@ -62,7 +66,8 @@ pub fn record(
         base_array_layer: 0,
         layer_count: 1,
     };
-    let (from, to) = (vk::ImageLayout::TRANSFER_SRC_OPTIMAL, vk::ImageLayout::TRANSFER_DST_OPTIMAL);
+    let [from, to] =
+        [vk::ImageLayout::TRANSFER_SRC_OPTIMAL, vk::ImageLayout::TRANSFER_DST_OPTIMAL].map(|own| layouts.of(own));
     let is_whole = (picture.extent.width, picture.extent.height) == (extent.width, extent.height);
     if is_whole && is_alike {
         let region = vk::ImageCopy {

@@ -15,9 +15,9 @@ use crate::plan::{FramePlan, Target};
 use crate::shaders::pyramid::{self as shader, Flags};
 
 /// Reads the depth of the largest objects.
-pub const DEPTH_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
+pub const DEPTH_READ: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_READ);
 /// Writes every square.
-pub const PYRAMID_WRITE: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
+pub const PYRAMID_WRITE: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_WRITE);
 
 pub const PASS: Pass = Pass {
     place: PassName::pass("PYRAMID"),

@@ -18,9 +18,9 @@ use crate::shaders::group_edge;
 use crate::shaders::scatter::{self as shader, Flags, constants};
 
 /// Writes the light of each froxel.
-pub const LIGHT_WRITE: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
+pub const LIGHT_WRITE: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_WRITE);
 /// Looks shadow maps up.
-pub const MAP_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
+pub const MAP_READ: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_READ);
 
 pub const PASS: Pass = Pass {
     place: PassName::pass("SCATTER"),

@@ -5,8 +5,9 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::{FrameContext, Making, PassRecorder, Slot};
+use crate::gpu::sync::Layouts;
 use crate::gpu::{
-    self, DepthState, DescriptorPool, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, OwnedSampler, RenderPass,
+    self, DepthState, DescriptorPool, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, OwnedSampler, RecordedPass, RenderPass,
     SetLayout, SetLayoutBinding, SetWriter, ShaderStage, SubpassDesc, binding, framebuffer, pipeline_layout,
 };
 use crate::plan::Target;
@@ -16,7 +17,7 @@ use crate::targets::Framebuffers;
 /// A full-screen pass, before it exists.
 pub struct ScreenDesc<'a> {
     pub name: &'a str,
-    pub slot: Slot,
+    pub slot: &'a Slot,
     pub shader: &'a Variant,
     pub constants: &'a [(u32, u32)],
     pub set_layouts: &'a [vk::DescriptorSetLayout],
@@ -73,8 +74,7 @@ impl Screen {
                 blend: &[desc.blend],
                 samples,
                 layout: layout.raw,
-                render_pass: desc.slot.render_pass,
-                subpass: desc.slot.subpass,
+                place: desc.slot,
             },
         )?;
         Ok(Self { layout, pipeline })
@@ -173,6 +173,7 @@ fn input_set(
 pub struct WindowPass {
     pub device: Arc<Device>,
     pub format: vk::Format,
+    pub layouts: Layouts,
     pub render_pass: RenderPass,
     pub extent: vk::Extent2D,
     name: &'static str,
@@ -186,8 +187,9 @@ impl WindowPass {
         name: &'static str,
         format: vk::Format,
         load: vk::AttachmentLoadOp,
+        layouts: Layouts,
     ) -> gpu::Result<Self> {
-        let layout = vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL;
+        let layout = layouts.of(vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL);
         let attachment = vk::AttachmentDescription::default()
             .format(format)
             .samples(vk::SampleCountFlags::TYPE_1)
@@ -201,7 +203,7 @@ impl WindowPass {
         let subpass = SubpassDesc { color: &color, ..SubpassDesc::default() };
         let render_pass = RenderPass::new(device, &format!("{name} pass"), &[attachment], &[subpass], &[])?;
         let (framebuffers, extent) = (Framebuffers(Vec::new()), vk::Extent2D::default());
-        Ok(Self { device: Arc::clone(device), format, render_pass, extent, name, framebuffers })
+        Ok(Self { device: Arc::clone(device), format, layouts, render_pass, extent, name, framebuffers })
     }
 
     /// Draws into these images from now on, all of one size.
@@ -219,11 +221,9 @@ impl WindowPass {
             .render_pass(self.render_pass.raw)
             .framebuffer(self.framebuffers.of(image))
             .render_area(area);
-        // SAFETY: `cmd` is being recorded outside a render pass; pass and framebuffer belong together.
-        unsafe { self.device.raw.cmd_begin_render_pass(cmd, &begin, vk::SubpassContents::INLINE) };
+        let begun = RecordedPass::begin(&self.device, cmd, &begin);
         draw(area);
-        // SAFETY: begun above.
-        unsafe { self.device.raw.cmd_end_render_pass(cmd) };
+        begun.end();
     }
 }
 
@@ -240,12 +240,12 @@ pub fn sampled_set(
     device: &Arc<Device>,
     name: &str,
     layout: &SetLayout,
-    image: vk::ImageView,
+    (image, layouts): (vk::ImageView, Layouts),
     sampler: &OwnedSampler,
 ) -> gpu::Result<(DescriptorPool, vk::DescriptorSet)> {
     let pool = DescriptorPool::new(device, &format!("{name} pool"), 1, &SAMPLED.map(|kind| (kind, 1)))?;
     let set = pool.allocate(&format!("{name} set"), layout.raw)?;
-    let readable = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
+    let readable = layouts.of(vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL);
     SetWriter::new().sampled_image(0, image, readable).sampler(1, sampler.raw).update(device, set);
     Ok((pool, set))
 }
@@ -272,7 +272,7 @@ impl RedrawPass {
     ) -> gpu::Result<Self> {
         let set_layout = SetLayout::new(own.device, &format!("{name} set layout"), &sampled_bindings())?;
         let sampler = OwnedSampler::bilinear(own.device, &format!("{name} sampler"))?;
-        let (pool, set) = sampled_set(own.device, name, &set_layout, picture_before(own, target), &sampler)?;
+        let (pool, set) = sampled_set(own.device, name, &set_layout, (picture_before(own, target), own.plan.layouts), &sampler)?;
         let screen = Screen::new(
             own.device,
             &ScreenDesc {
@@ -304,7 +304,7 @@ impl PassRecorder for RedrawPass {
     /// Samples another image, as of another size.
     fn rebind(&mut self, own: &Making) -> gpu::Result<()> {
         let image = picture_before(own, self.target);
-        (self.pool, self.set) = sampled_set(own.device, self.name, &self.set_layout, image, &self.sampler)?;
+        (self.pool, self.set) = sampled_set(own.device, self.name, &self.set_layout, (image, own.plan.layouts), &self.sampler)?;
         Ok(())
     }
 }

@@ -15,7 +15,7 @@ use super::{
     PassRecorder, Presence, Resource, ResourceUse, Slot, UseKind, frame_data, meshes, needed,
 };
 use crate::gpu::{self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, pipeline_layout, sync::Use};
-use crate::gpu_scene::{ATLAS_LAYOUT, GpuScene, HOLES};
+use crate::gpu_scene::{GpuScene, HOLES};
 use crate::plan::{DEPTH, Extras, ShadowPlan};
 use crate::scene::{AlphaMode, CastsShadow, TextureSlot};
 use crate::shaders::shadow::{self as shader, Flags, constants};
@@ -120,15 +120,13 @@ pub fn attachment() -> vk::AttachmentDescription {
         .store_op(vk::AttachmentStoreOp::STORE)
         .stencil_load_op(vk::AttachmentLoadOp::DONT_CARE)
         .stencil_store_op(vk::AttachmentStoreOp::DONT_CARE)
-        .initial_layout(ATLAS_LAYOUT)
-        .final_layout(ATLAS_LAYOUT)
 }
 
 impl ShadowPass {
     pub fn new(
         device: &Arc<Device>,
         plan: &ShadowPlan,
-        slot: Slot,
+        slot: &Slot,
         scene: &GpuScene,
         world: &World,
     ) -> gpu::Result<Self> {
@@ -264,7 +262,7 @@ fn push(recording: &FrameContext, object: &WorldObject) -> ShadowPush {
 
 fn pipeline(
     device: &Arc<Device>,
-    slot: Slot,
+    slot: &Slot,
     key: CasterKey,
     layout: vk::PipelineLayout,
 ) -> gpu::Result<Owned<vk::Pipeline>> {
@@ -292,8 +290,7 @@ fn pipeline(
             blend: &[],
             samples: vk::SampleCountFlags::TYPE_1,
             layout,
-            render_pass: slot.render_pass,
-            subpass: slot.subpass,
+            place: slot,
         },
     )
 }

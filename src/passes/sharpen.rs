@@ -54,7 +54,7 @@ impl SharpenPass {
         device: &Arc<Device>,
         plan: &FramePlan,
         planned: &TaaPlan,
-        slot: Slot,
+        slot: &Slot,
         histories: [&Buffer; 2],
     ) -> gpu::Result<Self> {
         let kind = vk::DescriptorType::STORAGE_BUFFER;

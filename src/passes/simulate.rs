@@ -18,9 +18,9 @@ use crate::shaders::simulate::{self as shader, Flags, constants};
 use crate::visible::{EmitterRecord, Visible};
 
 /// Writes what each particle looks like, and its key where they are sorted.
-pub const STATE_WRITE: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
+pub const STATE_WRITE: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_WRITE);
 /// Looks shadow maps up.
-pub const MAP_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
+pub const MAP_READ: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_READ);
 
 pub const PASS: Pass = Pass {
     place: PassName::pass("SIMULATE"),

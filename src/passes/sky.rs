@@ -35,7 +35,7 @@ pub struct SkyPass {
 }
 
 impl SkyPass {
-    pub fn new(device: &Arc<Device>, plan: &FramePlan, slot: Slot, layouts: SetLayouts) -> gpu::Result<Self> {
+    pub fn new(device: &Arc<Device>, plan: &FramePlan, slot: &Slot, layouts: SetLayouts) -> gpu::Result<Self> {
         let shader = needed("sky", shader::variant, Flags::NONE)?;
         let (tone_map, curve) = match plan.tone_mapping {
             ToneMapping::InLighting(curve) => (1, curve as u32),

@@ -14,9 +14,9 @@ use crate::plan::{PARTICLES, SORT_BLOCK, sort_places};
 use crate::shaders::sort::{self as shader, Flags};
 
 /// Reads keys of a step before.
-pub const KEY_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
+pub const KEY_READ: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_READ);
 /// Writes them in another order.
-pub const KEY_WRITE: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
+pub const KEY_WRITE: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_WRITE);
 
 pub const PASS: Pass = Pass {
     place: PassName::pass("SORT"),

@@ -3,10 +3,13 @@
 use ash::vk;
 
 use super::{NO_WINDOW, Pass, PassName, Presence, ResourceUse, UseKind, shown};
-use crate::gpu::{Device, Image, sync::Use};
+use crate::gpu::{
+    Device, Image,
+    sync::{Layouts, Use},
+};
 
 /// Writes a part of the window's picture, and keeps the rest.
-pub const WRITE: Use = Use::new(vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_WRITE);
+pub const WRITE: Use = Use::new(vk::PipelineStageFlags2::COPY, vk::AccessFlags2::TRANSFER_WRITE);
 
 pub const PASS: Pass = Pass {
     place: PassName::pass("SPLIT"),
@@ -20,7 +23,12 @@ pub const PASS: Pass = Pass {
 
 /// Copies the columns of `picture` from `first` on, which is in TRANSFER_SRC_OPTIMAL, into an image of its size that is in
 /// TRANSFER_DST_OPTIMAL. Bytes as they are: the two have texels of the same size with the same order of channels.
-pub fn record(device: &Device, cmd: vk::CommandBuffer, (picture, first): (&Image, u32), shown: vk::Image) {
+pub fn record(
+    device: &Device,
+    cmd: vk::CommandBuffer,
+    (picture, first): (&Image, u32),
+    (shown, layouts): (vk::Image, Layouts),
+) {
     let Some(width) = picture.extent.width.checked_sub(first).filter(|&width| width > 0) else { return };
     let layers = vk::ImageSubresourceLayers {
         aspect_mask: vk::ImageAspectFlags::COLOR,
@@ -36,7 +44,7 @@ pub fn record(device: &Device, cmd: vk::CommandBuffer, (picture, first): (&Image
         dst_offset: corner,
         extent: vk::Extent3D { width, height: picture.extent.height, depth: 1 },
     };
-    let (from, to) = (vk::ImageLayout::TRANSFER_SRC_OPTIMAL, vk::ImageLayout::TRANSFER_DST_OPTIMAL);
+    let [from, to] = [vk::ImageLayout::TRANSFER_SRC_OPTIMAL, vk::ImageLayout::TRANSFER_DST_OPTIMAL].map(|own| layouts.of(own));
     // SAFETY: `cmd` is being recorded outside a render pass; both images have the size of the plan and lie in these layouts.
     unsafe { device.raw.cmd_copy_image(cmd, picture.raw, from, shown, to, &[region]) };
 }

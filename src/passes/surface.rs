@@ -329,7 +329,7 @@ impl Limits {
 pub fn lit_pipeline(
     device: &Arc<Device>,
     plan: &FramePlan,
-    slot: Slot,
+    slot: &Slot,
     key: GeometryKey,
     layout: vk::PipelineLayout,
     desc: &LitDesc,
@@ -354,7 +354,7 @@ pub struct SurfaceDesc<'a> {
 pub fn surface_pipeline(
     device: &Arc<Device>,
     plan: &FramePlan,
-    slot: Slot,
+    slot: &Slot,
     (key, layout): (GeometryKey, vk::PipelineLayout),
     desc: &SurfaceDesc,
 ) -> gpu::Result<Owned<vk::Pipeline>> {
@@ -377,8 +377,7 @@ pub fn surface_pipeline(
             blend: desc.blend,
             samples: plan.sample_count(),
             layout,
-            render_pass: slot.render_pass,
-            subpass: slot.subpass,
+            place: slot,
         },
     )
 }

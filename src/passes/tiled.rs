@@ -25,13 +25,13 @@ use crate::shaders::{group_edge, shared};
 use crate::visible::World;
 
 /// Reads the stored G-buffer.
-pub const GBUFFER_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
+pub const GBUFFER_READ: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_READ);
 /// Writes every pixel of the output.
-pub const OUTPUT_WRITE: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
+pub const OUTPUT_WRITE: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_WRITE);
 /// Looks up vertices, indices and textures of the surface in a pixel, where there is no G-buffer.
 pub use crate::gpu_scene::LOOK_UP;
 /// Loads from the shadow map.
-pub const MAP_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
+pub const MAP_READ: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_READ);
 
 /// Bindings of emissive light and of the output, after those of the G-buffer (`shaders/tiled.wgsl`).
 pub const EMISSIVE: u32 = 6;

@@ -16,7 +16,7 @@ use super::{
     PassName, PassRecorder, Presence, Resource, ResourceUse, Slot, UseKind, frame_data, meshes, needed, screen,
 };
 use crate::gpu::{self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, pipeline_layout, sync::Use};
-use crate::gpu_scene::{GpuScene, HOLES, TINT_LAYOUT};
+use crate::gpu_scene::{GpuScene, HOLES};
 use crate::plan::{Extras, ShadowPlan};
 use crate::scene::{Brdf, CastsShadow, Material, Refraction, TextureSlot};
 use crate::shaders::tint::{self as shader, Flags, constants};
@@ -55,8 +55,6 @@ pub fn attachment() -> vk::AttachmentDescription {
         .samples(vk::SampleCountFlags::TYPE_1)
         .load_op(vk::AttachmentLoadOp::CLEAR)
         .store_op(vk::AttachmentStoreOp::STORE)
-        .initial_layout(TINT_LAYOUT)
-        .final_layout(TINT_LAYOUT)
 }
 
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
@@ -264,7 +262,7 @@ fn multiply() -> vk::PipelineColorBlendAttachmentState {
 
 fn pipeline(
     device: &Arc<Device>,
-    slot: Slot,
+    slot: &Slot,
     key: TintKey,
     layout: vk::PipelineLayout,
 ) -> gpu::Result<Owned<vk::Pipeline>> {
@@ -296,8 +294,7 @@ fn pipeline(
             blend: &[multiply()],
             samples: vk::SampleCountFlags::TYPE_1,
             layout,
-            render_pass: slot.render_pass,
-            subpass: slot.subpass,
+            place: slot,
         },
     )
 }

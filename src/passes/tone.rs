@@ -44,7 +44,7 @@ pub struct TonePass {
 }
 
 impl TonePass {
-    pub fn new(device: &Arc<Device>, plan: &FramePlan, slot: Slot, layouts: SetLayouts) -> gpu::Result<Self> {
+    pub fn new(device: &Arc<Device>, plan: &FramePlan, slot: &Slot, layouts: SetLayouts) -> gpu::Result<Self> {
         let shader = needed("tone", shader::variant, Flags::NONE)?;
         let screen = Screen::new(
             device,

@@ -65,7 +65,7 @@ impl TransparentPass {
     pub fn new(
         device: &Arc<Device>,
         plan: &FramePlan,
-        slot: Slot,
+        slot: &Slot,
         layouts: SetLayouts,
         scene: &GpuScene,
     ) -> gpu::Result<Self> {

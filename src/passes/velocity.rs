@@ -85,7 +85,7 @@ impl VelocityPass {
     pub fn new(
         device: &Arc<Device>,
         plan: &FramePlan,
-        slot: Slot,
+        slot: &Slot,
         frame_layout: vk::DescriptorSetLayout,
     ) -> gpu::Result<Self> {
         let range = vk::PushConstantRange { stage_flags: STAGES, offset: 0, size: size_of::<VelocityPush>() as u32 };
@@ -113,8 +113,7 @@ impl VelocityPass {
                     blend: &[replace()],
                     samples: vk::SampleCountFlags::TYPE_1,
                     layout: layout.raw,
-                    render_pass: slot.render_pass,
-                    subpass: slot.subpass,
+                    place: slot,
                 },
             )
         };

@@ -65,7 +65,7 @@ impl ViewPass {
     pub fn new(
         device: &Arc<Device>,
         plan: &FramePlan,
-        slot: Slot,
+        slot: &Slot,
         layouts: SetLayouts,
         inputs: &[InputDescriptor],
     ) -> gpu::Result<Self> {

@@ -58,6 +58,14 @@ pub struct Capabilities {
     pub software: bool,
     /// The figures that `auto` chooses by.
     pub costs: CostModel,
+    /// Barriers, submissions and dependencies of render passes take finer masks.
+    pub synchronization2: bool,
+    /// Draws outside of render passes read attachments at their own pixel, and blend states may differ from attachment to attachment.
+    pub local_read: bool,
+    /// They can read depth.
+    pub local_read_depth: bool,
+    /// They can read attachments of several samples.
+    pub local_read_samples: bool,
     /// BC7 can be sampled, with linear filtering.
     pub bc7: bool,
     /// Every format of ETC2 can be.
@@ -94,6 +102,10 @@ impl Capabilities {
             costs: CostModel::GPU,
             compute_invocations: 1024,
             shared_memory: 1 << 15,
+            synchronization2: true,
+            local_read: true,
+            local_read_depth: true,
+            local_read_samples: true,
             bc7: true,
             etc2: true,
         }

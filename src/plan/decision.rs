@@ -11,7 +11,7 @@ use super::shadows::shadow_reason;
 use super::surfaces::{FilteredTextures, SurfacePlan};
 use super::{
     Capabilities, EffectPlans, FramePlan, Gbuffer, MeshPlan, OitTargets, PlanError, Reasons, Shading, SurfaceRules,
-    Uploads, attachments, checks, culling, effects, geometry_locations, is_forward, is_tiled, lacks_gbuffer, lens,
+    Uploads, attachments, carriers, checks, culling, effects, geometry_locations, is_forward, is_tiled, lacks_gbuffer, lens,
     occlusion, parts, visibility,
 };
 use crate::scene::{GbufferChoice, Keep, LightPath, OptionalPart, Output, Scene, Settings, Transparency, View};
@@ -226,6 +226,9 @@ impl FramePlan {
             hides_on_device: hiding.is_ok(),
             lod: rules.lod,
             lists_as_drawn: true,
+            passes: settings.passes,
+            sync: carriers::sync(settings, device)?,
+            layouts: carriers::layouts(settings),
             light_path: lighting.path,
             geometry: pipelines.geometry,
             lobes: pipelines.lobes,
@@ -260,6 +263,7 @@ impl FramePlan {
         };
         checks::check_blocks(scene, &plan)?;
         effects::check_plan(&plan, device)?;
+        carriers::check_passes(&plan, device)?;
         checks::check_sampled_images(&plan, device)?;
         plan.within_fragment_resources(device)
     }

@@ -104,7 +104,7 @@ pub enum RefusalReason {
 }
 
 impl Refusal {
-    pub(super) fn of(what: &'static str, why: impl Into<String>) -> PlanError {
+    pub(crate) fn of(what: &'static str, why: impl Into<String>) -> PlanError {
         PlanError::Refused(Self { what, why: RefusalReason::Other(why.into()) })
     }
 }

@@ -168,6 +168,7 @@ impl FramePlan {
         (&self.meshes, &self.textures, &self.uploads, self.places_of_samplers())
             == (&other.meshes, &other.textures, &other.uploads, other.places_of_samplers())
             && self.effects.upload_as(&other.effects)
+            && self.layouts == other.layouts
             // Shaders look up buffers and textures of one alone.
             && self.triangles.is_some() == other.triangles.is_some()
     }

@@ -50,7 +50,8 @@ fn listen(device: &mut Device) {
     REAL_SUBMISSION.get_or_init(|| functions.queue_submit);
     functions.queue_submit = submit;
     let (second, third, fourth) = (raw.fp_v1_1().clone(), raw.fp_v1_2().clone(), raw.fp_v1_3().clone());
-    device.raw = ash::Device::from_parts_1_3(raw.handle(), functions, second, third, fourth).into();
+    let handle = raw.handle();
+    device.raw.intercept(ash::Device::from_parts_1_3(handle, functions, second, third, fourth));
     device.features.frame_boundary = true;
 }
 

@@ -8,7 +8,7 @@ use afterlight::gpu::sync::{Dependency, Use};
 use afterlight::gpu::upload::COPY_WRITE;
 use afterlight::gpu::{
     Buffer, CommandBuffer, Device, DeviceChoice, Image, ImageDesc, Instance, InstanceOptions, Location, MemoryKind,
-    RenderPass, SubpassDesc, Validation, barrier, framebuffer, vk,
+    RenderPass, SubpassDesc, SubpassOrder, Validation, barrier, framebuffer, vk,
 };
 
 use super::gpu::HOST_READ;
@@ -33,14 +33,8 @@ fn attachment(format: vk::Format, end: vk::ImageLayout) -> vk::AttachmentDescrip
 }
 
 /// A dependency of the subpass to the commands after the render pass.
-fn leaving(before: Use, after: Use) -> vk::SubpassDependency {
-    vk::SubpassDependency::default()
-        .src_subpass(0)
-        .dst_subpass(vk::SUBPASS_EXTERNAL)
-        .src_stage_mask(before.stage)
-        .src_access_mask(before.access)
-        .dst_stage_mask(after.stage)
-        .dst_access_mask(after.access)
+fn leaving(before: Use, after: Use) -> SubpassOrder {
+    SubpassOrder { between: [0, vk::SUBPASS_EXTERNAL], before, after, by_region: false }
 }
 
 /// Clears colour and depth in a render pass with two dependencies to EXTERNAL, one for each attachment. Then copies the colour, which the second
@@ -63,7 +57,7 @@ fn draw_and_copy(device: &Arc<Device>, depth_first: bool) -> Result<(), Box<dyn 
         depth: Some(reference(1, vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL)),
         ..SubpassDesc::default()
     };
-    use vk::{AccessFlags as A, PipelineStageFlags as S};
+    use vk::{AccessFlags2 as A, PipelineStageFlags2 as S};
     let tests = Use::new(S::EARLY_FRAGMENT_TESTS | S::LATE_FRAGMENT_TESTS, A::DEPTH_STENCIL_ATTACHMENT_READ);
     let depth_to_tests = leaving(Use::new(S::LATE_FRAGMENT_TESTS, A::DEPTH_STENCIL_ATTACHMENT_WRITE), tests);
     let copy_read = Use::new(S::TRANSFER, A::TRANSFER_READ);

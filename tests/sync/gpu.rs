@@ -11,7 +11,7 @@ use afterlight::gpu::{
     MemoryKind, Message, MessageKind, Timestamps, UploadOrder, Uploader, Validation, barrier, vk,
 };
 
-pub(super) const HOST_READ: Use = Use::new(vk::PipelineStageFlags::HOST, vk::AccessFlags::HOST_READ);
+pub(super) const HOST_READ: Use = Use::new(vk::PipelineStageFlags2::HOST, vk::AccessFlags2::HOST_READ);
 
 pub(super) type TestResult = Result<(), Box<dyn StdError>>;
 
@@ -66,7 +66,7 @@ pub(super) fn read_level(
     let mut cmd = CommandBuffer::new(device, "read back")?;
     cmd.begin()?;
     let as_source = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
-    let after = Use::new(vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_READ);
+    let after = Use::new(vk::PipelineStageFlags2::TRANSFER, vk::AccessFlags2::TRANSFER_READ);
     let range = barrier::ImageRange::from(image).levels(level, 1);
     barrier::image_barrier(device, cmd.raw, range, Dependency::between(before, after), [layout, as_source]);
     let subresource = vk::ImageSubresourceLayers {
@@ -89,7 +89,7 @@ pub(super) fn read_level(
 }
 
 const SAMPLED: (Use, vk::ImageLayout) = (
-    Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::SHADER_READ),
+    Use::new(vk::PipelineStageFlags2::FRAGMENT_SHADER, vk::AccessFlags2::SHADER_READ),
     vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL,
 );
 
@@ -107,8 +107,8 @@ pub(super) fn texture_desc(name: &str, width: u32, height: u32, mip_levels: u32)
 
 /// An uploader of buffers that are copied again and of textures that fragment shaders sample.
 fn uploader(device: &Arc<Device>, staging_bytes: u64) -> gpu::Result<Uploader> {
-    let copied = Use::new(vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_READ);
-    let sampled = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::SHADER_READ);
+    let copied = Use::new(vk::PipelineStageFlags2::TRANSFER, vk::AccessFlags2::TRANSFER_READ);
+    let sampled = Use::new(vk::PipelineStageFlags2::FRAGMENT_SHADER, vk::AccessFlags2::SHADER_READ);
     Uploader::new(device, staging_bytes, UploadOrder::before(copied, sampled))
 }
 
@@ -323,7 +323,7 @@ fn timestamps_run_forwards() -> TestResult {
             cmd.begin()?;
             timestamps.reset(cmd.raw);
             for label in ["begin", "end", "beyond the room"] {
-                timestamps.write(cmd.raw, vk::PipelineStageFlags::BOTTOM_OF_PIPE, label);
+                timestamps.write(cmd.raw, vk::PipelineStageFlags2::BOTTOM_OF_PIPE, label);
             }
             cmd.end()?;
             device.wait(device.submit(&cmd)?)?;

@@ -4,7 +4,7 @@ use super::gpu::{HOST_READ, TestResult, read_level, texture_desc, with_device};
 use afterlight::gpu::sync::{Dependency, Use};
 use afterlight::gpu::{
     self, Buffer, CommandBuffer, DescriptorPool, Device, Framebuffer, GraphicsPipeline, GraphicsPipelineDesc, Image,
-    ImageDesc, Location, MemoryKind, RenderPass, SetLayout, SetWriter, ShaderStage, SubpassDesc, barrier, vk,
+    ImageDesc, Location, MemoryKind, PipelinePlace, RenderPass, SetLayout, SetWriter, ShaderStage, SubpassDesc, barrier, vk,
 };
 use std::sync::Arc;
 
@@ -89,7 +89,7 @@ fn a_compute_pipeline_sees_its_buffer_and_its_specialization_constants() -> Test
             device.raw.cmd_bind_descriptor_sets(cmd.raw, vk::PipelineBindPoint::COMPUTE, layout.raw, 0, &[set], &[]);
             device.raw.cmd_dispatch(cmd.raw, 1, 1, 1);
         }
-        let before = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
+        let before = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_WRITE);
         barrier::buffer_barrier(device, cmd.raw, &buffer, Dependency::between(before, HOST_READ));
         cmd.end()?;
         device.wait(device.submit(&cmd)?)?;
@@ -229,8 +229,7 @@ fn green_pipeline(device: &Arc<Device>, pass: &RenderPass) -> gpu::Result<Graphi
             blend: &[vk::PipelineColorBlendAttachmentState::default().color_write_mask(vk::ColorComponentFlags::RGBA)],
             samples: vk::SampleCountFlags::TYPE_1,
             layout: layout.raw,
-            render_pass: pass.raw,
-            subpass: 0,
+            place: &PipelinePlace::Subpass(pass.raw, 0),
         },
     )
 }
@@ -275,7 +274,7 @@ fn a_graphics_pipeline_draws_its_triangle() -> TestResult {
             &image,
             0,
             (
-                Use::new(vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags::COLOR_ATTACHMENT_WRITE),
+                Use::new(vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags2::COLOR_ATTACHMENT_WRITE),
                 vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL,
             ),
         )?;

@@ -100,7 +100,7 @@ impl Different {
 /// dependency makes TILED wait. The layer of Debian 13 follows such a chain for attachments and not for buffers, so the barrier names TILED's reads
 /// as well.
 fn is_for_the_layer(plan: &FramePlan, row: &Row, part: RowPart) -> bool {
-    let reads = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
+    let reads = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_READ);
     let is_read = match part {
         RowPart::Bits(Side::After, bits) => reads.stage.contains(bits.stage) && reads.access.contains(bits.access),
         _ => false,

@@ -280,7 +280,8 @@ fn make_fallible(device: &mut Device) {
     REAL_SUBMISSION.get_or_init(|| functions.queue_submit);
     (functions.begin_command_buffer, functions.queue_submit) = (begin, submit);
     let (second, third, fourth) = (raw.fp_v1_1().clone(), raw.fp_v1_2().clone(), raw.fp_v1_3().clone());
-    device.raw = ash::Device::from_parts_1_3(raw.handle(), functions, second, third, fourth).into();
+    let handle = raw.handle();
+    device.raw.intercept(ash::Device::from_parts_1_3(handle, functions, second, third, fourth));
 }
 
 /// Image and semaphore are acquired by then. A message of the layer about either, about the swapchain that goes or about the next frame is a failure

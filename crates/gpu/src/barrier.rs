@@ -6,7 +6,7 @@ use super::buffer::Buffer;
 use super::device::Device;
 use super::image::Image;
 use super::journal::Barriers;
-use super::sync::Dependency;
+use super::sync::{Dependency, SyncVersion, Use};
 
 /// A part of an image.
 #[derive(Clone, Copy, Debug)]
@@ -51,25 +51,43 @@ pub fn image_barrier(
     cmd: vk::CommandBuffer,
     target: impl Into<ImageRange>,
     order: Dependency,
-    [old, new]: [vk::ImageLayout; 2],
+    layouts: [vk::ImageLayout; 2],
 ) {
-    let target = target.into();
-    let barrier = vk::ImageMemoryBarrier::default()
-        .src_access_mask(order.before.access)
-        .dst_access_mask(order.after.access)
-        .old_layout(old)
-        .new_layout(new)
-        .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
-        .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
-        .image(target.image)
-        .subresource_range(target.range);
-    record(device, cmd, order, &Barriers { memory: &[], buffers: &[], images: &[barrier] });
+    image_barriers(device, cmd, &[(target.into(), layouts)], order);
+}
+
+/// Orders two uses of several images, each of which changes its layout. Records nothing if there are none.
+pub fn image_barriers(
+    device: &Device,
+    cmd: vk::CommandBuffer,
+    images: &[(ImageRange, [vk::ImageLayout; 2])],
+    order: Dependency,
+) {
+    let barrier = |&(target, [old, new]): &(ImageRange, [vk::ImageLayout; 2])| {
+        vk::ImageMemoryBarrier2::default()
+            .old_layout(old)
+            .new_layout(new)
+            .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+            .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+            .image(target.image)
+            .subresource_range(target.range)
+    };
+    let images: Vec<_> = images.iter().map(barrier).collect();
+    if !images.is_empty() {
+        record(device, cmd, order, Barriers { images, ..Barriers::default() });
+    }
 }
 
 /// Orders two uses of all memory.
 pub fn memory_barrier(device: &Device, cmd: vk::CommandBuffer, order: Dependency) {
-    let barrier = vk::MemoryBarrier::default().src_access_mask(order.before.access).dst_access_mask(order.after.access);
-    record(device, cmd, order, &Barriers { memory: &[barrier], buffers: &[], images: &[] });
+    record(device, cmd, order, Barriers { memory: vec![vk::MemoryBarrier2::default()], ..Barriers::default() });
+}
+
+/// Orders two uses of all attachments of the pixels that draws before and after it share: between subpasses that are no subpasses to Vulkan, inside of
+/// `vkCmdBeginRendering`.
+pub fn local_barrier(device: &Device, cmd: vk::CommandBuffer, order: Dependency) {
+    let memory = vec![vk::MemoryBarrier2::default()];
+    record(device, cmd, order, Barriers { memory, flags: vk::DependencyFlags::BY_REGION, ..Barriers::default() });
 }
 
 /// Orders two uses of a buffer.
@@ -80,25 +98,76 @@ pub fn buffer_barrier(device: &Device, cmd: vk::CommandBuffer, buffer: &Buffer, 
 /// Records one barrier on several buffers, and nothing if there are none.
 pub fn buffer_barriers(device: &Device, cmd: vk::CommandBuffer, buffers: &[&Buffer], order: Dependency) {
     let barrier = |buffer: &&Buffer| {
-        vk::BufferMemoryBarrier::default()
-            .src_access_mask(order.before.access)
-            .dst_access_mask(order.after.access)
+        vk::BufferMemoryBarrier2::default()
             .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
             .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
             .buffer(buffer.raw)
             .size(vk::WHOLE_SIZE)
     };
-    let barriers: Vec<_> = buffers.iter().map(barrier).collect();
-    if !barriers.is_empty() {
-        record(device, cmd, order, &Barriers { memory: &[], buffers: &barriers, images: &[] });
+    let buffers: Vec<_> = buffers.iter().map(barrier).collect();
+    if !buffers.is_empty() {
+        record(device, cmd, order, Barriers { buffers, ..Barriers::default() });
     }
 }
 
-/// The one place where barriers are recorded.
-fn record(device: &Device, cmd: vk::CommandBuffer, order: Dependency, barriers: &Barriers<'_>) {
-    device.raw.journal.note(cmd, "vkCmdPipelineBarrier", |names| barriers.arguments(order, names));
-    let (from, to, none) = (order.before.stage, order.after.stage, vk::DependencyFlags::empty());
-    let &Barriers { memory, buffers, images } = barriers;
-    // SAFETY: the command buffer is recording, and the buffers and images are alive (the module's contract).
-    unsafe { device.raw.cmd_pipeline_barrier(cmd, from, to, none, memory, buffers, images) };
+/// The one place where barriers are recorded, by the API of the device's choice. All of them have the masks of `order`.
+fn record(device: &Device, cmd: vk::CommandBuffer, order: Dependency, mut barriers: Barriers<'_>) {
+    let Use { stage: from, access: available } = order.before;
+    let Use { stage: to, access: visible } = order.after;
+    let is_by_2 = device.sync() == SyncVersion::Two;
+    let name = if is_by_2 { "vkCmdPipelineBarrier2" } else { "vkCmdPipelineBarrier" };
+    device.raw.journal.note(cmd, name, |names| barriers.arguments(order, names));
+    if is_by_2 {
+        for own in &mut barriers.memory {
+            (own.src_stage_mask, own.src_access_mask, own.dst_stage_mask, own.dst_access_mask) =
+                (from, available, to, visible);
+        }
+        for own in &mut barriers.buffers {
+            (own.src_stage_mask, own.src_access_mask, own.dst_stage_mask, own.dst_access_mask) =
+                (from, available, to, visible);
+        }
+        for own in &mut barriers.images {
+            (own.src_stage_mask, own.src_access_mask, own.dst_stage_mask, own.dst_access_mask) =
+                (from, available, to, visible);
+        }
+        let info = vk::DependencyInfo::default()
+            .dependency_flags(barriers.flags)
+            .memory_barriers(&barriers.memory)
+            .buffer_memory_barriers(&barriers.buffers)
+            .image_memory_barriers(&barriers.images);
+        // SAFETY: the command buffer is recording, and the buffers and images are alive (the module's contract).
+        unsafe { device.raw.pipeline_barrier2(cmd, &info) };
+        return;
+    }
+    let ((from, available), (to, visible)) = (order.before.masks(), order.after.masks());
+    let memory: Vec<_> = barriers
+        .memory
+        .iter()
+        .map(|_| vk::MemoryBarrier::default().src_access_mask(available).dst_access_mask(visible))
+        .collect();
+    let buffer = |own: &vk::BufferMemoryBarrier2| {
+        vk::BufferMemoryBarrier::default()
+            .src_access_mask(available)
+            .dst_access_mask(visible)
+            .src_queue_family_index(own.src_queue_family_index)
+            .dst_queue_family_index(own.dst_queue_family_index)
+            .buffer(own.buffer)
+            .offset(own.offset)
+            .size(own.size)
+    };
+    let image = |own: &vk::ImageMemoryBarrier2| {
+        vk::ImageMemoryBarrier::default()
+            .src_access_mask(available)
+            .dst_access_mask(visible)
+            .old_layout(own.old_layout)
+            .new_layout(own.new_layout)
+            .src_queue_family_index(own.src_queue_family_index)
+            .dst_queue_family_index(own.dst_queue_family_index)
+            .image(own.image)
+            .subresource_range(own.subresource_range)
+    };
+    let buffers: Vec<_> = barriers.buffers.iter().map(buffer).collect();
+    let images: Vec<_> = barriers.images.iter().map(image).collect();
+    // SAFETY: as above.
+    unsafe { device.raw.cmd_pipeline_barrier(cmd, from, to, barriers.flags, &memory, &buffers, &images) };
 }

@@ -5,6 +5,7 @@ use std::ffi::{CStr, CString, c_char};
 use std::fmt;
 use std::fs::File;
 use std::io::{Seek as _, SeekFrom, Write as _};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use ash::vk;
@@ -16,11 +17,13 @@ use super::instance::{Instance, Validation};
 use super::instrumentation::Instrumentation;
 use super::journal::{Arguments, Command};
 use super::memory::{MemoryAllocator, leak};
+use super::newer::{UNIFIED_LAYOUTS, UnifiedLayoutsFeatures};
 use super::owned::{Registry, RetireQueue};
 use super::physical::{DeviceChoice, PhysicalDevice, choose};
 use super::pipeline_cache::PipelineCache;
 use super::reuse::Reuse;
 use super::submission::Submissions;
+use super::sync::SyncVersion;
 
 /// The optional features that are enabled: those of the device among the ones that this program has a use for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -53,6 +56,17 @@ pub struct EnabledFeatures {
     pub frame_boundary: bool,
     /// Layouts may be destroyed while pipelines that were made with them live on (VK_KHR_maintenance4): only then pipelines are kept for reuse.
     pub maintenance4: bool,
+    /// Blend states may differ from attachment to attachment.
+    pub independent_blend: bool,
+    /// Barriers, submissions and times by VK_KHR_synchronization2.
+    pub synchronization2: bool,
+    /// Render passes by VK_KHR_create_renderpass2, whose dependencies take the masks of synchronization2.
+    pub render_pass2: bool,
+    /// Rendering without render passes, in which draws read attachments at their own pixel (VK_KHR_dynamic_rendering_local_read, with the extensions that it
+    /// needs).
+    pub local_read: bool,
+    /// Images may stay in GENERAL without a loss (VK_KHR_unified_image_layouts).
+    pub unified_layouts: bool,
 }
 
 impl EnabledFeatures {
@@ -78,6 +92,11 @@ impl EnabledFeatures {
             frame_boundary: has(ash::ext::frame_boundary::NAME),
             // A device with this extension has its feature, too.
             maintenance4: has(ash::khr::maintenance4::NAME),
+            independent_blend: physical.features.independent_blend == vk::TRUE,
+            synchronization2: physical.newer.synchronization2,
+            render_pass2: has(ash::khr::create_renderpass2::NAME),
+            local_read: physical.newer.local_read,
+            unified_layouts: physical.newer.unified_layouts,
         }
     }
 
@@ -86,6 +105,7 @@ impl EnabledFeatures {
             .depth_clamp(self.depth_clamp)
             .sampler_anisotropy(self.sampler_anisotropy)
             .sample_rate_shading(self.sample_rate_shading)
+            .independent_blend(self.independent_blend)
             .geometry_shader(self.geometry_shader)
             .shader_sampled_image_array_dynamic_indexing(self.non_uniform_textures)
             .multi_draw_indirect(self.multi_draw_indirect)
@@ -102,12 +122,28 @@ impl EnabledFeatures {
         let budget = self.memory_budget.then_some(ash::ext::memory_budget::NAME);
         let boundary = self.frame_boundary.then_some(ash::ext::frame_boundary::NAME);
         let maintenance = self.maintenance4.then_some(ash::khr::maintenance4::NAME);
-        [subset, indexing, budget, boundary, maintenance].into_iter().flatten().chain(mutable)
+        let synchronization = self.synchronization2.then_some(ash::khr::synchronization2::NAME);
+        let pass2 = self.render_pass2.then_some(ash::khr::create_renderpass2::NAME);
+        let local_read = self.local_read.then_some(LOCAL_READ).into_iter().flatten();
+        let unified = self.unified_layouts.then_some(UNIFIED_LAYOUTS);
+        [subset, indexing, budget, boundary, maintenance, synchronization, pass2, unified]
+            .into_iter()
+            .flatten()
+            .chain(mutable)
+            .chain(local_read)
     }
 }
 
 /// The second is a part of Vulkan 1.2, and drivers of that still name it.
 const MUTABLE_SWAPCHAINS: [&CStr; 2] = [ash::khr::swapchain_mutable_format::NAME, ash::khr::image_format_list::NAME];
+
+/// Local read, and the extensions that it needs on Vulkan 1.1.
+pub(super) const LOCAL_READ: [&CStr; 4] = [
+    ash::khr::dynamic_rendering_local_read::NAME,
+    ash::khr::dynamic_rendering::NAME,
+    ash::khr::depth_stencil_resolve::NAME,
+    ash::khr::create_renderpass2::NAME,
+];
 
 const BEGIN_LABEL: &str = "vkCmdBeginDebugUtilsLabelEXT";
 const END_LABEL: &str = "vkCmdEndDebugUtilsLabelEXT";
@@ -128,6 +164,8 @@ pub struct Device {
     /// The optional features that are enabled.
     pub features: EnabledFeatures,
     debug_utils: Option<ash::ext::debug_utils::Device>,
+    /// The API that [`Device::sync`] returns is synchronization2.
+    is_by_2: AtomicBool,
     labels: Mutex<BTreeSet<String>>,
     last_label: Mutex<Option<File>>,
     shaders: Mutex<Option<BTreeMap<String, Vec<u32>>>>,
@@ -177,12 +215,13 @@ impl Device {
         let debug_utils = instance.has_debug_utils().then(|| ash::ext::debug_utils::Device::new(instance.raw(), &raw));
         let pipeline_cache = PipelineCache::open(&raw, &physical);
         let device = Device {
-            raw: raw.into(),
+            raw: Functions::new(instance.raw(), raw, &features),
             physical,
             instance: Arc::clone(instance),
             queue_family,
             features,
             debug_utils,
+            is_by_2: AtomicBool::new(false),
             labels: Mutex::default(),
             last_label: Mutex::default(),
             shaders: Mutex::default(),
@@ -195,6 +234,23 @@ impl Device {
         };
         device.name_object(queue, "queue");
         Ok(Arc::new(device))
+    }
+
+    /// The API by which barriers, submissions and times are recorded.
+    pub fn sync(&self) -> SyncVersion {
+        if self.is_by_2.load(Ordering::Relaxed) { SyncVersion::Two } else { SyncVersion::One }
+    }
+
+    /// Records them by this API from now on. The two may be mixed, so that frames of several plans need not agree.
+    ///
+    /// # Errors
+    /// [`Error::Unsupported`] for an API that the device lacks.
+    pub fn set_sync(&self, version: SyncVersion) -> Result<()> {
+        if version == SyncVersion::Two && !self.features.synchronization2 {
+            return Err(Error::Unsupported(format!("'{}' lacks VK_KHR_synchronization2", self.physical.name)));
+        }
+        self.is_by_2.store(version == SyncVersion::Two, Ordering::Relaxed);
+        Ok(())
     }
 
     /// Names an object for layers and debuggers, where VK_EXT_debug_utils is there.
@@ -358,6 +414,20 @@ fn create(
     let mut maintenance4 = vk::PhysicalDeviceMaintenance4Features::default().maintenance4(true);
     if features.maintenance4 {
         info = info.push_next(&mut maintenance4);
+    }
+    let mut synchronization2 = vk::PhysicalDeviceSynchronization2Features::default().synchronization2(true);
+    if features.synchronization2 {
+        info = info.push_next(&mut synchronization2);
+    }
+    let mut rendering = vk::PhysicalDeviceDynamicRenderingFeatures::default().dynamic_rendering(true);
+    let mut local_read =
+        vk::PhysicalDeviceDynamicRenderingLocalReadFeaturesKHR::default().dynamic_rendering_local_read(true);
+    if features.local_read {
+        info = info.push_next(&mut rendering).push_next(&mut local_read);
+    }
+    let mut unified = UnifiedLayoutsFeatures::new(true);
+    if features.unified_layouts {
+        info = info.push_next(&mut unified);
     }
     // SAFETY: the device was listed by this instance; it has these extensions and features; all that the structures
     // point to lives until the call returns.

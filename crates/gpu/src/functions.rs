@@ -7,17 +7,80 @@ use std::ops::Deref;
 
 use ash::vk;
 
+use super::device::EnabledFeatures;
 use super::journal::{Arguments, CommandJournal};
 
 /// `ash::Device`, with a journal of recorded commands.
 pub struct Functions {
     ash: ash::Device,
+    synchronization2: Option<ash::khr::synchronization2::Device>,
+    render_pass2: Option<ash::khr::create_renderpass2::Device>,
+    rendering: Option<ash::khr::dynamic_rendering::Device>,
+    local_read: Option<ash::khr::dynamic_rendering_local_read::Device>,
     pub(super) journal: CommandJournal,
 }
 
-impl From<ash::Device> for Functions {
-    fn from(ash: ash::Device) -> Self {
-        Self { ash, journal: CommandJournal::default() }
+impl Functions {
+    /// The functions of a device that was opened with these features.
+    pub(super) fn new(instance: &ash::Instance, ash: ash::Device, features: &EnabledFeatures) -> Self {
+        let of = |is_enabled: bool| is_enabled.then_some((instance, &ash));
+        Self {
+            synchronization2: of(features.synchronization2).map(|(of, on)| ash::khr::synchronization2::Device::new(of, on)),
+            render_pass2: of(features.render_pass2).map(|(of, on)| ash::khr::create_renderpass2::Device::new(of, on)),
+            rendering: of(features.local_read).map(|(of, on)| ash::khr::dynamic_rendering::Device::new(of, on)),
+            local_read: of(features.local_read)
+                .map(|(of, on)| ash::khr::dynamic_rendering_local_read::Device::new(of, on)),
+            journal: CommandJournal::default(),
+            ash,
+        }
+    }
+
+    /// Calls these functions of Vulkan 1.0 to 1.3 from now on, as where a layer stands before the driver.
+    pub fn intercept(&mut self, ash: ash::Device) {
+        self.ash = ash;
+    }
+
+    /// Records `vkCmdPipelineBarrier2`, which the caller has noted.
+    ///
+    /// # Safety
+    /// As the function of the extension.
+    pub(super) unsafe fn pipeline_barrier2(&self, cmd: vk::CommandBuffer, info: &vk::DependencyInfo<'_>) {
+        if let Some(functions) = &self.synchronization2 {
+            // SAFETY: the caller's promise.
+            unsafe { functions.cmd_pipeline_barrier2(cmd, info) };
+        }
+    }
+
+    /// Submits by `vkQueueSubmit2`. Only on a device with synchronization2.
+    ///
+    /// # Safety
+    /// As the function of the extension.
+    pub(super) unsafe fn queue_submit2(
+        &self,
+        queue: vk::Queue,
+        submits: &[vk::SubmitInfo2<'_>],
+        fence: vk::Fence,
+    ) -> ash::prelude::VkResult<()> {
+        match &self.synchronization2 {
+            // SAFETY: the caller's promise.
+            Some(functions) => unsafe { functions.queue_submit2(queue, submits, fence) },
+            None => Err(vk::Result::ERROR_EXTENSION_NOT_PRESENT),
+        }
+    }
+
+    /// Makes a render pass by `vkCreateRenderPass2`. Only on a device with the extension.
+    ///
+    /// # Safety
+    /// As the function of the extension.
+    pub(super) unsafe fn create_render_pass2(
+        &self,
+        info: &vk::RenderPassCreateInfo2<'_>,
+    ) -> ash::prelude::VkResult<vk::RenderPass> {
+        match &self.render_pass2 {
+            // SAFETY: the caller's promise.
+            Some(functions) => unsafe { functions.create_render_pass2(info, None) },
+            None => Err(vk::Result::ERROR_EXTENSION_NOT_PRESENT),
+        }
     }
 }
 
@@ -45,9 +108,32 @@ macro_rules! noted {
             }
         )*}
 
-        /// The names of all functions that note their command.
+        /// The names of all functions of Vulkan 1.1 that note their command.
         #[cfg(test)]
         const NOTED: &[&str] = &[$(stringify!($name)),*];
+    };
+}
+
+/// Declares the same for functions of extensions, each with the field that has it. On a device without the extension they record nothing: plans that use them are
+/// refused there.
+macro_rules! noted_of_extensions {
+    ($($c_name:literal $field:ident.$name:ident($($argument:ident: $type:ty),*), $names:ident => $arguments:expr;)*) => {
+        impl Functions {$(
+            #[doc = concat!("Records `", $c_name, "`.")]
+            ///
+            /// # Safety
+            /// As the function of the extension.
+            pub unsafe fn $name(&self, cmd: vk::CommandBuffer $(, $argument: $type)*) {
+                let Some(functions) = &self.$field else { return };
+                self.journal.note(cmd, $c_name, |$names| $arguments);
+                // SAFETY: the caller's promise.
+                unsafe { functions.$name(cmd $(, $argument)*) }
+            }
+        )*}
+
+        /// The names of all functions of extensions that note their command.
+        #[cfg(test)]
+        const NOTED_OF_EXTENSIONS: &[&str] = &[$(stringify!($name)),*];
     };
 }
 
@@ -124,15 +210,38 @@ noted! {
         Arguments::objects([names.of(pool)]).numbers([query]);
 }
 
+noted_of_extensions! {
+    "vkCmdBeginRenderPass2" render_pass2.cmd_begin_render_pass2(
+        begin: &vk::RenderPassBeginInfo<'_>, contents: &vk::SubpassBeginInfo<'_>
+    ), names => Arguments::objects([names.of(begin.render_pass), names.of(begin.framebuffer)]).numbers(rectangle(begin.render_area));
+    "vkCmdNextSubpass2" render_pass2.cmd_next_subpass2(
+        contents: &vk::SubpassBeginInfo<'_>, end: &vk::SubpassEndInfo<'_>
+    ), _names => Arguments::default();
+    "vkCmdEndRenderPass2" render_pass2.cmd_end_render_pass2(end: &vk::SubpassEndInfo<'_>), _names => Arguments::default();
+
+    "vkCmdBeginRendering" rendering.cmd_begin_rendering(begin: &vk::RenderingInfo<'_>), _names =>
+        Arguments::default().numbers(rectangle(begin.render_area));
+    "vkCmdEndRendering" rendering.cmd_end_rendering(), _names => Arguments::default();
+    "vkCmdSetRenderingAttachmentLocations" local_read.cmd_set_rendering_attachment_locations(
+        locations: &vk::RenderingAttachmentLocationInfoKHR<'_>
+    ), _names => Arguments::default();
+    "vkCmdSetRenderingInputAttachmentIndices" local_read.cmd_set_rendering_input_attachment_indices(
+        indices: &vk::RenderingInputAttachmentIndexInfoKHR<'_>
+    ), _names => Arguments::default();
+    "vkCmdWriteTimestamp2" synchronization2.cmd_write_timestamp2(stage: vk::PipelineStageFlags2, pool: vk::QueryPool, query: u32), names =>
+        Arguments::objects([names.of(pool)]).numbers([query]);
+}
+
 #[cfg(test)]
 mod tests {
     use std::fs;
     use std::path::{Path, PathBuf};
 
-    use super::NOTED;
+    use super::{NOTED, NOTED_OF_EXTENSIONS};
 
     /// Functions that are called in one place, where the call is noted.
-    const IN_ONE_PLACE: &[&str] = &["cmd_begin_debug_utils_label", "cmd_end_debug_utils_label", "cmd_pipeline_barrier"];
+    const IN_ONE_PLACE: &[&str] =
+        &["cmd_begin_debug_utils_label", "cmd_end_debug_utils_label", "cmd_pipeline_barrier", "cmd_pipeline_barrier2"];
 
     fn sources(folder: &Path) -> Vec<PathBuf> {
         let entries = fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("an entry").path());
@@ -153,10 +262,11 @@ mod tests {
                 called.push(format!("cmd_{}", name.unwrap_or_default()));
             }
         }
-        let unnoted: Vec<_> = called.iter().filter(|name| !NOTED.contains(&name.as_str())).collect();
+        let noted = [NOTED, NOTED_OF_EXTENSIONS].concat();
+        let unnoted: Vec<_> = called.iter().filter(|name| !noted.contains(&name.as_str())).collect();
         assert_eq!(unnoted.len(), IN_ONE_PLACE.len(), "{unnoted:?}");
         assert!(unnoted.iter().all(|name| IN_ONE_PLACE.contains(&name.as_str())), "{unnoted:?}");
-        let idle: Vec<_> = NOTED.iter().filter(|name| !called.iter().any(|called| called == *name)).collect();
+        let idle: Vec<_> = noted.iter().filter(|name| !called.iter().any(|called| called == *name)).collect();
         assert!(idle.is_empty(), "nobody records {idle:?}");
     }
 }

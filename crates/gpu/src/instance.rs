@@ -8,6 +8,7 @@ use ash::vk;
 
 use super::error::{Doing, Error, Result};
 use super::instrumentation::ROBUST_IS_RIGHT;
+use super::newer::API_VERSION_1_4;
 use super::message::{Message, MessageLog, messenger_info};
 use super::physical::{PhysicalDevice, version_text};
 use super::system::{self, VulkanComponent};
@@ -102,6 +103,8 @@ pub struct Instance {
 /// The parts that must outlive every object made from an instance.
 pub(super) struct InstanceHandles {
     pub(super) raw: ash::Instance,
+    /// The version that it was created for, packed as Vulkan packs it.
+    pub(super) api_version: u32,
     pub(super) has_debug_utils: bool,
     messenger: Option<(ash::ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
     // Its functions and the log that the messenger writes to are used until the instance is destroyed.
@@ -121,7 +124,7 @@ impl Drop for InstanceHandles {
 }
 
 impl Instance {
-    /// Loads the loader and creates an instance for Vulkan 1.1 to 1.3, with debug messages where the system has them.
+    /// Loads the loader and creates an instance for Vulkan 1.1 to 1.4, with debug messages where the system has them.
     ///
     /// # Errors
     /// [`Error::NoLoader`], [`Error::NoDriver`] and [`Error::MissingLayer`], each with what to install on this system;
@@ -141,9 +144,16 @@ impl Instance {
         let plan = ValidationPlan::new(&entry, options, &layers)?;
         let extensions = Extensions::choose(&entry, &plan, required)?;
         let log = Arc::new(MessageLog::default());
-        let api_version = loader_version.min(vk::API_VERSION_1_3);
+        let api_version = loader_version.min(API_VERSION_1_4);
         let raw = create(&entry, api_version, &plan, &extensions, &log)?;
-        let mut handles = InstanceHandles { raw, has_debug_utils: extensions.debug_utils, messenger: None, entry, log };
+        let mut handles = InstanceHandles {
+            raw,
+            api_version,
+            has_debug_utils: extensions.debug_utils,
+            messenger: None,
+            entry,
+            log,
+        };
         if extensions.debug_utils {
             let debug_utils = ash::ext::debug_utils::Instance::new(&handles.entry, &handles.raw);
             // SAFETY: the extension is enabled; the log outlives the messenger, as the handles' drop destroys it first.

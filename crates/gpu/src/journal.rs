@@ -28,7 +28,7 @@ pub struct Arguments {
     pub objects: Vec<String>,
     /// Counts, offsets and sizes in the order of the arguments. A rectangle is x, y, width and height.
     pub numbers: Vec<i64>,
-    /// The arguments of `vkCmdPipelineBarrier`.
+    /// The arguments of `vkCmdPipelineBarrier` and `vkCmdPipelineBarrier2`.
     pub barrier: Option<Barrier>,
 }
 
@@ -48,9 +48,11 @@ pub struct Barrier {
     /// The row of the frame's dependencies that it carries out; empty for a barrier outside of that table.
     pub row: &'static str,
     /// The stages that must be over.
-    pub src_stages: vk::PipelineStageFlags,
+    pub src_stages: vk::PipelineStageFlags2,
     /// The stages that wait.
-    pub dst_stages: vk::PipelineStageFlags,
+    pub dst_stages: vk::PipelineStageFlags2,
+    /// `VK_DEPENDENCY_BY_REGION_BIT`: between draws inside of `vkCmdBeginRendering`.
+    pub by_region: bool,
     /// Barriers on memory, buffers and images, in this order.
     pub parts: Vec<BarrierPart>,
 }
@@ -61,36 +63,35 @@ pub struct BarrierPart {
     /// The name of the buffer or the image; `None` for a barrier on all memory.
     pub object: Option<String>,
     /// Writes that are made available.
-    pub src_access: vk::AccessFlags,
+    pub src_access: vk::AccessFlags2,
     /// Accesses that see them.
-    pub dst_access: vk::AccessFlags,
+    pub dst_access: vk::AccessFlags2,
     /// An image's layouts before and after.
     pub layouts: Option<[vk::ImageLayout; 2]>,
 }
 
-/// The arrays of `vkCmdPipelineBarrier`.
+/// The arrays of `vkCmdPipelineBarrier2`, before they have masks.
+#[derive(Default)]
 pub(super) struct Barriers<'a> {
-    pub memory: &'a [vk::MemoryBarrier<'a>],
-    pub buffers: &'a [vk::BufferMemoryBarrier<'a>],
-    pub images: &'a [vk::ImageMemoryBarrier<'a>],
+    pub flags: vk::DependencyFlags,
+    pub memory: Vec<vk::MemoryBarrier2<'a>>,
+    pub buffers: Vec<vk::BufferMemoryBarrier2<'a>>,
+    pub images: Vec<vk::ImageMemoryBarrier2<'a>>,
 }
 
 impl Barriers<'_> {
     pub(super) fn arguments(&self, order: Dependency, names: &ObjectNames) -> Arguments {
-        let part = |object, src_access, dst_access, layouts| BarrierPart { object, src_access, dst_access, layouts };
-        let memory = self.memory.iter().map(|own| part(None, own.src_access_mask, own.dst_access_mask, None));
-        let buffers = self.buffers.iter().map(|own| {
-            let name = names.of(own.buffer);
-            part(Some(name), own.src_access_mask, own.dst_access_mask, None)
-        });
-        let images = self.images.iter().map(|own| {
-            let layouts = Some([own.old_layout, own.new_layout]);
-            part(Some(names.of(own.image)), own.src_access_mask, own.dst_access_mask, layouts)
-        });
+        let (src_access, dst_access) = (order.before.access, order.after.access);
+        let part = |object, layouts| BarrierPart { object, src_access, dst_access, layouts };
+        let memory = self.memory.iter().map(|_| part(None, None));
+        let buffers = self.buffers.iter().map(|own| part(Some(names.of(own.buffer)), None));
+        let images =
+            self.images.iter().map(|own| part(Some(names.of(own.image)), Some([own.old_layout, own.new_layout])));
         let barrier = Barrier {
             row: order.row,
             src_stages: order.before.stage,
             dst_stages: order.after.stage,
+            by_region: self.flags.contains(vk::DependencyFlags::BY_REGION),
             parts: memory.chain(buffers).chain(images).collect(),
         };
         Arguments { barrier: Some(barrier), ..Arguments::default() }

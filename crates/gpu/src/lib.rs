@@ -41,6 +41,7 @@ mod journal;
 pub mod manifests;
 mod memory;
 mod message;
+mod newer;
 mod owned;
 mod physical;
 mod pipeline;
@@ -67,7 +68,7 @@ pub use instance::{Instance, InstanceOptions, LayerInfo, LoaderInfo, Validation}
 pub use journal::{Arguments, Barrier, BarrierPart, Command};
 pub use memory::{HeapReport, KindReport, MemoryKind, MemoryReport};
 pub use message::{Message, MessageKind, MessageLog, Severity};
-pub use physical::{DeviceChoice, PhysicalDevice, choose};
+pub use physical::{DeviceChoice, NewerFeatures, PhysicalDevice, choose};
 pub use submission::SubmitOptions;
 #[cfg(feature = "present")]
 pub use surface::{HEADLESS, Surface, surface_extensions};
@@ -86,12 +87,13 @@ pub use image_formats::{ImageFormats, ImageWish, image_formats};
 pub use memory::Location;
 pub use owned::Owned;
 pub use pipeline::{
-    DepthState, GraphicsPipeline, GraphicsPipelineDesc, ShaderStage, compute_pipeline, pipeline_layout,
+    DepthState, GraphicsPipeline, GraphicsPipelineDesc, PipelinePlace, RenderingPlace, ShaderStage, compute_pipeline,
+    pipeline_layout,
 };
 #[cfg(feature = "caches")]
 pub use pipeline_cache::DriverHeader;
 pub use queries::Timestamps;
-pub use render_pass::{Framebuffer, RenderPass, SubpassDesc, framebuffer};
+pub use render_pass::{Framebuffer, RecordedPass, RenderPass, SubpassDesc, SubpassOrder, framebuffer};
 pub use sampler::OwnedSampler;
 pub use submission::Ticket;
 #[cfg(feature = "present")]

@@ -5,14 +5,17 @@ mod calibration;
 
 use std::collections::BTreeSet;
 use std::convert::Infallible;
+use std::ffi::CStr;
 use std::fmt;
 use std::str::FromStr;
 use std::sync::Arc;
 
 use ash::vk;
 
+use super::device::LOCAL_READ;
 use super::error::{Doing, Error, Result};
 use super::instance::{InstanceHandles, fixed_text};
+use super::newer::{API_VERSION_1_4, UNIFIED_LAYOUTS, UnifiedLayoutsFeatures, Vulkan14Properties};
 
 /// A device as its driver describes it. Keeps its instance alive.
 #[derive(Clone)]
@@ -43,6 +46,8 @@ pub struct PhysicalDevice {
     pub features: vk::PhysicalDeviceFeatures,
     /// Shaders look textures of an array up by numbers that differ from invocation to invocation (`VK_EXT_descriptor_indexing`).
     pub non_uniform_textures: bool,
+    /// The features of newer APIs that the device has.
+    pub newer: NewerFeatures,
     /// Memory types and heaps.
     pub memory: vk::PhysicalDeviceMemoryProperties,
     /// The device extensions.
@@ -95,6 +100,7 @@ impl PhysicalDevice {
             limits: properties.limits,
             features,
             non_uniform_textures,
+            newer: NewerFeatures::query(instance, raw, properties.api_version, &extensions),
             memory,
             extensions,
             queue_family: family.and_then(|index| u32::try_from(index).ok()),
@@ -221,6 +227,73 @@ fn indexes_textures(
     // SPIR-V declares both.
     features.shader_sampled_image_array_dynamic_indexing == vk::TRUE
         && indexing.shader_sampled_image_array_non_uniform_indexing == vk::TRUE
+}
+
+/// The features of Vulkan 1.3 and 1.4 that frames may use, as extensions.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct NewerFeatures {
+    /// VK_KHR_synchronization2.
+    pub synchronization2: bool,
+    /// VK_KHR_dynamic_rendering_local_read, with all that it needs.
+    pub local_read: bool,
+    /// Depth can be read so (`dynamicRenderingLocalReadDepthStencilAttachments`).
+    pub local_read_depth: bool,
+    /// And attachments of several samples (`dynamicRenderingLocalReadMultisampledAttachments`).
+    pub local_read_samples: bool,
+    /// VK_KHR_unified_image_layouts.
+    pub unified_layouts: bool,
+}
+
+impl NewerFeatures {
+    fn query(
+        instance: &InstanceHandles,
+        raw: vk::PhysicalDevice,
+        api_version: u32,
+        extensions: &BTreeSet<String>,
+    ) -> NewerFeatures {
+        // The calls themselves are of Vulkan 1.1.
+        if api_version < vk::API_VERSION_1_1 {
+            return NewerFeatures::default();
+        }
+        let has = |name: &CStr| extensions.contains(&*name.to_string_lossy());
+        let mut synchronization2 = vk::PhysicalDeviceSynchronization2Features::default();
+        let mut rendering = vk::PhysicalDeviceDynamicRenderingFeatures::default();
+        let mut local_read = vk::PhysicalDeviceDynamicRenderingLocalReadFeaturesKHR::default();
+        let mut unified = UnifiedLayoutsFeatures::new(false);
+        let lists_local_read = LOCAL_READ.into_iter().all(has);
+        let mut query = vk::PhysicalDeviceFeatures2::default();
+        // A structure of an extension that is not listed must not be asked for.
+        if has(ash::khr::synchronization2::NAME) {
+            query = query.push_next(&mut synchronization2);
+        }
+        if lists_local_read {
+            query = query.push_next(&mut rendering).push_next(&mut local_read);
+        }
+        if has(UNIFIED_LAYOUTS) {
+            query = query.push_next(&mut unified);
+        }
+        // SAFETY: the device was listed by this instance, and the structures live until the call returns.
+        unsafe { instance.raw.get_physical_device_features2(raw, &mut query) };
+        // "If the VK_KHR_dynamic_rendering_local_read extension is not supported, Vulkan 1.4 implementations must support local read only for storage
+        // resources and single sampled color attachments." (Specification, "Core Revisions".) Lavapipe has the extension, and says by these properties that
+        // it cannot do the rest: they are believed where there are any.
+        let mut read = Vulkan14Properties::default();
+        (read.local_read_depth, read.local_read_samples) = (vk::TRUE, vk::TRUE);
+        if lists_local_read && api_version.min(instance.api_version) >= API_VERSION_1_4 {
+            let mut query = vk::PhysicalDeviceProperties2::default().push_next(&mut read);
+            // SAFETY: as above.
+            unsafe { instance.raw.get_physical_device_properties2(raw, &mut query) };
+        }
+        let is_on = |feature: vk::Bool32| feature == vk::TRUE;
+        let reads = is_on(rendering.dynamic_rendering) && is_on(local_read.dynamic_rendering_local_read);
+        NewerFeatures {
+            synchronization2: is_on(synchronization2.synchronization2),
+            local_read: reads,
+            local_read_depth: reads && is_on(read.local_read_depth),
+            local_read_samples: reads && is_on(read.local_read_samples),
+            unified_layouts: is_on(unified.unified_image_layouts),
+        }
+    }
 }
 
 /// The choice of a device.

@@ -59,10 +59,54 @@ pub struct GraphicsPipelineDesc<'a> {
     pub samples: vk::SampleCountFlags,
     /// The pipeline's layout.
     pub layout: vk::PipelineLayout,
-    /// A render pass that is compatible with the one it is used in.
-    pub render_pass: vk::RenderPass,
-    /// The index of the subpass that it is used in.
-    pub subpass: u32,
+    /// The draws that it is used in.
+    pub place: &'a PipelinePlace,
+}
+
+/// The draws that a pipeline is used in.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub enum PipelinePlace {
+    /// A subpass, by its index, of a render pass that is compatible with this one.
+    Subpass(vk::RenderPass, u32),
+    /// A part of `vkCmdBeginRendering`.
+    Rendering(RenderingPlace),
+}
+
+/// The attachments of `vkCmdBeginRendering`, and what a part of its draws uses them for.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
+pub struct RenderingPlace {
+    /// The formats of the colour attachments.
+    pub colors: Vec<vk::Format>,
+    /// The location of each of them, or `vk::ATTACHMENT_UNUSED`.
+    pub locations: Vec<u32>,
+    /// The `InputAttachmentIndex` of each of them, or `vk::ATTACHMENT_UNUSED`.
+    pub inputs: Vec<u32>,
+    /// The format of the depth attachment, if there is one.
+    pub depth: Option<vk::Format>,
+    /// The `InputAttachmentIndex` of depth, or `vk::ATTACHMENT_UNUSED`.
+    pub depth_input: u32,
+}
+
+impl RenderingPlace {
+    /// The attachments' locations, as a command and a pipeline take them.
+    pub fn location_info(&self) -> vk::RenderingAttachmentLocationInfoKHR<'_> {
+        vk::RenderingAttachmentLocationInfoKHR::default().color_attachment_locations(&self.locations)
+    }
+
+    /// Their indices as input attachments, likewise.
+    pub fn input_info(&self) -> vk::RenderingInputAttachmentIndexInfoKHR<'_> {
+        let mut info =
+            vk::RenderingInputAttachmentIndexInfoKHR::default().color_attachment_input_indices(&self.inputs);
+        info.p_depth_input_attachment_index = &raw const self.depth_input;
+        info.p_stencil_input_attachment_index = &vk::ATTACHMENT_UNUSED;
+        info
+    }
+
+    /// The blend state of each attachment: that of its location, or one that writes nothing.
+    fn blend(&self, by_location: &[vk::PipelineColorBlendAttachmentState]) -> Vec<vk::PipelineColorBlendAttachmentState> {
+        let of = |&location: &u32| by_location.get(location as usize).copied().unwrap_or_default();
+        self.locations.iter().map(of).collect()
+    }
 }
 
 /// A pipeline, graphics or compute.
@@ -101,7 +145,11 @@ impl GraphicsPipeline {
             .line_width(1.0);
         let multisample = vk::PipelineMultisampleStateCreateInfo::default().rasterization_samples(desc.samples);
         let depth_stencil = depth_state(desc.depth);
-        let blend = vk::PipelineColorBlendStateCreateInfo::default().attachments(desc.blend);
+        let blended = match desc.place {
+            PipelinePlace::Subpass(..) => desc.blend.to_vec(),
+            PipelinePlace::Rendering(place) => place.blend(desc.blend),
+        };
+        let blend = vk::PipelineColorBlendStateCreateInfo::default().attachments(&blended);
         let mut dynamic = vec![vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR];
         dynamic.extend(desc.depth_bias.then_some(vk::DynamicState::DEPTH_BIAS));
         let dynamic = vk::PipelineDynamicStateCreateInfo::default().dynamic_states(&dynamic);
@@ -115,9 +163,18 @@ impl GraphicsPipeline {
             .depth_stencil_state(&depth_stencil)
             .color_blend_state(&blend)
             .dynamic_state(&dynamic)
-            .layout(desc.layout)
-            .render_pass(desc.render_pass)
-            .subpass(desc.subpass);
+            .layout(desc.layout);
+        let (mut rendering, mut locations, mut inputs);
+        let info = match desc.place {
+            PipelinePlace::Subpass(render_pass, subpass) => info.render_pass(*render_pass).subpass(*subpass),
+            PipelinePlace::Rendering(place) => {
+                rendering = vk::PipelineRenderingCreateInfo::default()
+                    .color_attachment_formats(&place.colors)
+                    .depth_attachment_format(place.depth.unwrap_or_default());
+                (locations, inputs) = (place.location_info(), place.input_info());
+                info.push_next(&mut rendering).push_next(&mut locations).push_next(&mut inputs)
+            }
+        };
         // SAFETY: the layout and the render pass are alive (the module's contract), the shader modules are `shaders`', and all that the structures
         // point to lives until the call returns.
         let created = unsafe { device.raw.create_graphics_pipelines(device.pipeline_cache.raw, &[info], None) };
@@ -205,14 +262,19 @@ impl GraphicsPipelineDesc<'_> {
             blend,
             samples,
             layout,
-            render_pass,
-            subpass,
+            place,
         } = *self;
-        let (layout, render_pass) = (device.reuse.content(layout)?, device.reuse.content(render_pass)?);
+        let layout = device.reuse.content(layout)?;
+        let place = match place {
+            PipelinePlace::Subpass(render_pass, subpass) => {
+                content_of(("subpass", device.reuse.content(*render_pass)?, *subpass))
+            }
+            PipelinePlace::Rendering(place) => content_of(("rendering", place)),
+        };
         let stages: Vec<_> = stages.iter().map(ShaderStage::content).collect();
         let input = (vertex_bindings, vertex_attributes, cull_mode, front_face);
         let tests = (depth, depth_bias, depth_clamp, blend, samples);
-        Some(content_of((stages, input, tests, layout, render_pass, subpass)))
+        Some(content_of((stages, input, tests, layout, place)))
     }
 }
 

@@ -7,6 +7,7 @@ use ash::vk;
 use super::device::Device;
 use super::error::{Doing, Error, Result};
 use super::owned::Owned;
+use super::sync::SyncVersion;
 
 /// A row of labelled points in time, written by one command buffer.
 ///
@@ -49,20 +50,27 @@ impl Timestamps {
     }
 
     /// Writes the time at which all earlier commands have passed `stage`. Points beyond the room are left out.
-    pub fn write(&mut self, cmd: vk::CommandBuffer, stage: vk::PipelineStageFlags, label: &str) {
+    pub fn write(&mut self, cmd: vk::CommandBuffer, stage: vk::PipelineStageFlags2, label: &str) {
         let index = self.labels.len() as u32;
         if index >= self.max {
             return;
         }
         self.labels.push(label.to_owned());
+        let device = self.pool.device();
         // SAFETY: as in `reset`; the query has been reset and not been written since.
-        unsafe { self.pool.device().raw.cmd_write_timestamp(cmd, stage, self.pool.raw, index) };
+        match device.sync() {
+            SyncVersion::One => unsafe {
+                let stage = vk::PipelineStageFlags::from_raw(stage.as_raw() as u32);
+                device.raw.cmd_write_timestamp(cmd, stage, self.pool.raw, index);
+            },
+            SyncVersion::Two => unsafe { device.raw.cmd_write_timestamp2(cmd, stage, self.pool.raw, index) },
+        }
     }
 
     /// Writes the time at which all that was recorded so far is done, where times are taken.
     pub fn stamp(times: &mut Option<Self>, cmd: vk::CommandBuffer, label: &str) {
         if let Some(times) = times {
-            times.write(cmd, vk::PipelineStageFlags::BOTTOM_OF_PIPE, label);
+            times.write(cmd, vk::PipelineStageFlags2::BOTTOM_OF_PIPE, label);
         }
     }
 

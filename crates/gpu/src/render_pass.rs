@@ -7,6 +7,7 @@ use ash::vk;
 use super::device::Device;
 use super::error::{Doing, Error, Result};
 use super::owned::Owned;
+use super::sync::{SyncVersion, Use};
 
 /// A render pass.
 pub type RenderPass = Owned<vk::RenderPass>;
@@ -29,6 +30,25 @@ pub struct SubpassDesc<'a> {
     pub preserve: &'a [u32],
 }
 
+/// A dependency between two subpasses, or of one with what comes before or after the render pass (`vk::SUBPASS_EXTERNAL`).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct SubpassOrder {
+    /// The two subpasses.
+    pub between: [u32; 2],
+    /// The uses that must be over.
+    pub before: Use,
+    /// The uses that wait.
+    pub after: Use,
+    /// Each pixel waits for itself alone.
+    pub by_region: bool,
+}
+
+impl SubpassOrder {
+    fn flags(&self) -> vk::DependencyFlags {
+        if self.by_region { vk::DependencyFlags::BY_REGION } else { vk::DependencyFlags::empty() }
+    }
+}
+
 impl RenderPass {
     /// A render pass of these subpasses, all graphics.
     ///
@@ -40,7 +60,7 @@ impl RenderPass {
         name: &str,
         attachments: &[vk::AttachmentDescription],
         subpasses: &[SubpassDesc<'_>],
-        dependencies: &[vk::SubpassDependency],
+        dependencies: &[SubpassOrder],
     ) -> Result<RenderPass> {
         let limits = &device.physical.limits;
         for (index, subpass) in subpasses.iter().enumerate() {
@@ -49,35 +69,184 @@ impl RenderPass {
             let most = limits.max_per_stage_descriptor_input_attachments;
             check(format!("the number of input {of}"), subpass.input.len(), most)?;
         }
-        let descriptions: Vec<vk::SubpassDescription<'_>> = subpasses
-            .iter()
-            .map(|subpass| {
-                let description = vk::SubpassDescription::default()
-                    .pipeline_bind_point(vk::PipelineBindPoint::GRAPHICS)
-                    .input_attachments(subpass.input)
-                    .color_attachments(subpass.color)
-                    .preserve_attachments(subpass.preserve);
-                let description = match subpass.resolve.is_empty() {
-                    true => description,
-                    false => description.resolve_attachments(subpass.resolve),
-                };
-                match &subpass.depth {
-                    Some(depth) => description.depth_stencil_attachment(depth),
-                    None => description,
-                }
-            })
-            .collect();
-        let info = vk::RenderPassCreateInfo::default()
-            .attachments(attachments)
-            .subpasses(&descriptions)
-            .dependencies(dependencies);
-        // SAFETY: the device is alive, and all that the structures point to lives until the call returns.
-        let raw = unsafe { device.raw.create_render_pass(&info, None) }
-            .doing("vkCreateRenderPass", || format!("creating the render pass '{name}'"))?;
+        let raw = match device.sync() {
+            SyncVersion::One => create(device, attachments, subpasses, dependencies),
+            SyncVersion::Two => create2(device, attachments, subpasses, dependencies),
+        };
+        let raw = raw.doing("vkCreateRenderPass", || format!("creating the render pass '{name}'"))?;
         // Render passes are compatible if they differ in layouts, loads and stores only; telling apart those that differ there costs little.
         device.reuse.note(raw, (attachments, subpasses, dependencies));
         Ok(Owned::new_from(device, name, raw))
     }
+}
+
+/// By Vulkan 1.0.
+fn create(
+    device: &Device,
+    attachments: &[vk::AttachmentDescription],
+    subpasses: &[SubpassDesc<'_>],
+    dependencies: &[SubpassOrder],
+) -> ash::prelude::VkResult<vk::RenderPass> {
+    let descriptions: Vec<vk::SubpassDescription<'_>> = subpasses
+        .iter()
+        .map(|subpass| {
+            let description = vk::SubpassDescription::default()
+                .pipeline_bind_point(vk::PipelineBindPoint::GRAPHICS)
+                .input_attachments(subpass.input)
+                .color_attachments(subpass.color)
+                .preserve_attachments(subpass.preserve);
+            let description = match subpass.resolve.is_empty() {
+                true => description,
+                false => description.resolve_attachments(subpass.resolve),
+            };
+            match &subpass.depth {
+                Some(depth) => description.depth_stencil_attachment(depth),
+                None => description,
+            }
+        })
+        .collect();
+    let dependency = |own: &SubpassOrder| {
+        let ((from, available), (to, visible)) = (own.before.masks(), own.after.masks());
+        vk::SubpassDependency {
+            src_subpass: own.between[0],
+            dst_subpass: own.between[1],
+            src_stage_mask: from,
+            dst_stage_mask: to,
+            src_access_mask: available,
+            dst_access_mask: visible,
+            dependency_flags: own.flags(),
+        }
+    };
+    let dependencies: Vec<_> = dependencies.iter().map(dependency).collect();
+    let info = vk::RenderPassCreateInfo::default()
+        .attachments(attachments)
+        .subpasses(&descriptions)
+        .dependencies(&dependencies);
+    // SAFETY: the device is alive, and all that the structures point to lives until the call returns.
+    unsafe { device.raw.create_render_pass(&info, None) }
+}
+
+/// By VK_KHR_create_renderpass2, whose dependencies take the masks of synchronization2.
+fn create2(
+    device: &Device,
+    attachments: &[vk::AttachmentDescription],
+    subpasses: &[SubpassDesc<'_>],
+    dependencies: &[SubpassOrder],
+) -> ash::prelude::VkResult<vk::RenderPass> {
+    let attachment = |own: &vk::AttachmentDescription| {
+        vk::AttachmentDescription2::default()
+            .format(own.format)
+            .samples(own.samples)
+            .load_op(own.load_op)
+            .store_op(own.store_op)
+            .stencil_load_op(own.stencil_load_op)
+            .stencil_store_op(own.stencil_store_op)
+            .initial_layout(own.initial_layout)
+            .final_layout(own.final_layout)
+    };
+    let attachments: Vec<_> = attachments.iter().map(attachment).collect();
+    // An input attachment names its aspect here: that of a layout of depth.
+    let aspect = |index: u32| match attachments.get(index as usize).map(|own| own.format) {
+        Some(vk::Format::D32_SFLOAT) => vk::ImageAspectFlags::DEPTH,
+        _ => vk::ImageAspectFlags::COLOR,
+    };
+    let reference = |own: &vk::AttachmentReference| {
+        vk::AttachmentReference2::default()
+            .attachment(own.attachment)
+            .layout(own.layout)
+            .aspect_mask(aspect(own.attachment))
+    };
+    let all = |own: &[vk::AttachmentReference]| own.iter().map(reference).collect::<Vec<_>>();
+    let references: Vec<_> = subpasses
+        .iter()
+        .map(|own| (all(own.input), all(own.color), all(own.resolve), own.depth.as_ref().map(reference)))
+        .collect();
+    let description = |(own, (input, color, resolve, depth)): (
+        &SubpassDesc<'_>,
+        &(Vec<_>, Vec<_>, Vec<_>, Option<vk::AttachmentReference2<'static>>),
+    )| {
+        let mut description = vk::SubpassDescription2::default().pipeline_bind_point(vk::PipelineBindPoint::GRAPHICS);
+        (description.input_attachment_count, description.p_input_attachments) = (input.len() as u32, input.as_ptr());
+        (description.color_attachment_count, description.p_color_attachments) = (color.len() as u32, color.as_ptr());
+        if !resolve.is_empty() {
+            description.p_resolve_attachments = resolve.as_ptr();
+        }
+        if let Some(depth) = depth {
+            description.p_depth_stencil_attachment = depth;
+        }
+        (description.preserve_attachment_count, description.p_preserve_attachments) =
+            (own.preserve.len() as u32, own.preserve.as_ptr());
+        description
+    };
+    let descriptions: Vec<_> = subpasses.iter().zip(&references).map(description).collect();
+    let mut masks: Vec<_> = dependencies
+        .iter()
+        .map(|own| {
+            vk::MemoryBarrier2::default()
+                .src_stage_mask(own.before.stage)
+                .src_access_mask(own.before.access)
+                .dst_stage_mask(own.after.stage)
+                .dst_access_mask(own.after.access)
+        })
+        .collect();
+    let dependency = |(own, masks)| {
+        let own: &SubpassOrder = own;
+        vk::SubpassDependency2::default()
+            .src_subpass(own.between[0])
+            .dst_subpass(own.between[1])
+            .dependency_flags(own.flags())
+            .push_next(masks)
+    };
+    let dependencies: Vec<_> = dependencies.iter().zip(&mut masks).map(dependency).collect();
+    let info = vk::RenderPassCreateInfo2::default()
+        .attachments(&attachments)
+        .subpasses(&descriptions)
+        .dependencies(&dependencies);
+    // SAFETY: the device is alive, and all that the structures point to lives until the call returns.
+    unsafe { device.raw.create_render_pass2(&info) }
+}
+
+/// A render pass that is being recorded, by the API of the device's choice.
+pub struct RecordedPass<'a> {
+    device: &'a Device,
+    cmd: vk::CommandBuffer,
+    version: SyncVersion,
+}
+
+impl<'a> RecordedPass<'a> {
+    /// Begins the render pass. The command buffer is recording outside of render passes, and pass and framebuffer belong together.
+    pub fn begin(device: &'a Device, cmd: vk::CommandBuffer, begin: &vk::RenderPassBeginInfo<'_>) -> Self {
+        let version = device.sync();
+        // SAFETY: as promised.
+        match version {
+            SyncVersion::One => unsafe { device.raw.cmd_begin_render_pass(cmd, begin, vk::SubpassContents::INLINE) },
+            SyncVersion::Two => unsafe { device.raw.cmd_begin_render_pass2(cmd, begin, &inline()) },
+        }
+        Self { device, cmd, version }
+    }
+
+    /// Goes on with the next subpass, which there is.
+    pub fn next_subpass(&self) {
+        let raw = &self.device.raw;
+        // SAFETY: the render pass was begun, and has this subpass next.
+        match self.version {
+            SyncVersion::One => unsafe { raw.cmd_next_subpass(self.cmd, vk::SubpassContents::INLINE) },
+            SyncVersion::Two => unsafe { raw.cmd_next_subpass2(self.cmd, &inline(), &vk::SubpassEndInfo::default()) },
+        }
+    }
+
+    /// Ends the render pass after its last subpass.
+    pub fn end(self) {
+        // SAFETY: the render pass was begun, and every subpass is recorded.
+        match self.version {
+            SyncVersion::One => unsafe { self.device.raw.cmd_end_render_pass(self.cmd) },
+            SyncVersion::Two => unsafe { self.device.raw.cmd_end_render_pass2(self.cmd, &vk::SubpassEndInfo::default()) },
+        }
+    }
+}
+
+fn inline() -> vk::SubpassBeginInfo<'static> {
+    vk::SubpassBeginInfo::default().contents(vk::SubpassContents::INLINE)
 }
 
 fn check(what: String, asked: usize, limit: u32) -> Result<()> {

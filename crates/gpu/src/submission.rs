@@ -11,6 +11,7 @@ use ash::vk;
 use super::command::CommandBuffer;
 use super::device::Device;
 use super::error::{Doing, Error, Result};
+use super::sync::{SyncVersion, Use};
 
 /// The number of a submission of one device: the first is 1. A higher one is done no earlier than a lower one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -20,7 +21,7 @@ pub struct Ticket(pub u64);
 #[derive(Clone, Copy, Default)]
 pub struct SubmitOptions<'a> {
     /// Semaphores to wait for before the given stages.
-    pub waits: &'a [(vk::Semaphore, vk::PipelineStageFlags)],
+    pub waits: &'a [(vk::Semaphore, vk::PipelineStageFlags2)],
     /// Semaphores to signal when done.
     pub signals: &'a [vk::Semaphore],
     /// It ends a frame that nothing presents, and this image has its picture. Tools that capture frames are told, where the device can tell
@@ -133,7 +134,7 @@ impl Device {
     /// # Errors
     /// A lost device; running out of memory.
     pub fn consume(&self, signalled: vk::Semaphore) -> Result<Ticket> {
-        let waits = &[(signalled, vk::PipelineStageFlags::ALL_COMMANDS)];
+        let waits = &[(signalled, vk::PipelineStageFlags2::ALL_COMMANDS)];
         self.submit_raw(&[], &SubmitOptions { waits, ..SubmitOptions::default() }, || "waiting for a semaphore".into())
     }
 
@@ -143,16 +144,7 @@ impl Device {
         around: &SubmitOptions,
         doing: impl Fn() -> String,
     ) -> Result<Ticket> {
-        let SubmitOptions { waits, signals, ends_frame } = *around;
-        let (semaphores, stages): (Vec<_>, Vec<_>) = waits.iter().copied().unzip();
-        let mut info = vk::SubmitInfo::default().command_buffers(commands);
-        // The address of an empty list is not null, and best practices want it to be.
-        if !waits.is_empty() {
-            info = info.wait_semaphores(&semaphores).wait_dst_stage_mask(&stages);
-        }
-        if !signals.is_empty() {
-            info = info.signal_semaphores(signals);
-        }
+        let ends_frame = around.ends_frame;
         let image = ends_frame.as_slice();
         let mut boundary = vk::FrameBoundaryEXT::default().flags(vk::FrameBoundaryFlagsEXT::FRAME_END).images(image);
         let mut state = self.submissions.lock();
@@ -164,13 +156,12 @@ impl Device {
         };
         // Counted before it is made: an owner that another thread drops meanwhile then waits for it.
         let serial = self.submissions.submitted.fetch_add(1, Ordering::AcqRel) + 1;
-        if self.features.frame_boundary && ends_frame.is_some() {
-            boundary.frame_id = serial;
-            info = info.push_next(&mut boundary);
-        }
-        // SAFETY: the command buffer is recorded and not pending (`submitted_by`), the fence is unsignalled, and the
-        // queue is used by one thread at a time, under the lock.
-        let submitted = unsafe { self.raw.queue_submit(state.queue, &[info], fence) };
+        boundary.frame_id = serial;
+        let boundary = (self.features.frame_boundary && ends_frame.is_some()).then_some(&mut boundary);
+        let submitted = match self.sync() {
+            SyncVersion::One => self.queue_submit(state.queue, commands, around, boundary, fence),
+            SyncVersion::Two => self.queue_submit2(state.queue, commands, around, boundary, fence),
+        };
         match submitted {
             Ok(()) => {
                 state.pending.push_back((serial, Arc::new(fence)));
@@ -179,9 +170,66 @@ impl Device {
             Err(result) => {
                 state.free.push(fence);
                 self.submissions.note_completed(&state);
-                Err(Error::vulkan("vkQueueSubmit", doing(), result))
+                let command = match self.sync() {
+                    SyncVersion::One => "vkQueueSubmit",
+                    SyncVersion::Two => "vkQueueSubmit2",
+                };
+                Err(Error::vulkan(command, doing(), result))
             }
         }
+    }
+
+    /// The queue is used by one thread at a time, under the lock that the caller holds. The fence is not signalled.
+    fn queue_submit(
+        &self,
+        queue: vk::Queue,
+        commands: &[vk::CommandBuffer],
+        around: &SubmitOptions,
+        boundary: Option<&mut vk::FrameBoundaryEXT<'_>>,
+        fence: vk::Fence,
+    ) -> ash::prelude::VkResult<()> {
+        let semaphores: Vec<_> = around.waits.iter().map(|&(semaphore, _)| semaphore).collect();
+        let stage = |&(_, stage): &(_, vk::PipelineStageFlags2)| Use::new(stage, vk::AccessFlags2::empty()).masks().0;
+        let stages: Vec<_> = around.waits.iter().map(stage).collect();
+        let mut info = vk::SubmitInfo::default().command_buffers(commands);
+        // The address of an empty list is not null, and best practices want it to be.
+        if !around.waits.is_empty() {
+            info = info.wait_semaphores(&semaphores).wait_dst_stage_mask(&stages);
+        }
+        if !around.signals.is_empty() {
+            info = info.signal_semaphores(around.signals);
+        }
+        if let Some(boundary) = boundary {
+            info = info.push_next(boundary);
+        }
+        // SAFETY: the command buffers are recorded and not pending (`submitted_by`), and the caller's promise.
+        unsafe { self.raw.queue_submit(queue, &[info], fence) }
+    }
+
+    /// The same by synchronization2, where each semaphore has its stages.
+    fn queue_submit2(
+        &self,
+        queue: vk::Queue,
+        commands: &[vk::CommandBuffer],
+        around: &SubmitOptions,
+        boundary: Option<&mut vk::FrameBoundaryEXT<'_>>,
+        fence: vk::Fence,
+    ) -> ash::prelude::VkResult<()> {
+        let commands: Vec<_> =
+            commands.iter().map(|&own| vk::CommandBufferSubmitInfo::default().command_buffer(own)).collect();
+        let point = |semaphore, stage| vk::SemaphoreSubmitInfo::default().semaphore(semaphore).stage_mask(stage);
+        let waits: Vec<_> = around.waits.iter().map(|&(semaphore, stage)| point(semaphore, stage)).collect();
+        let all = vk::PipelineStageFlags2::ALL_COMMANDS;
+        let signals: Vec<_> = around.signals.iter().map(|&semaphore| point(semaphore, all)).collect();
+        let mut info = vk::SubmitInfo2::default()
+            .command_buffer_infos(&commands)
+            .wait_semaphore_infos(&waits)
+            .signal_semaphore_infos(&signals);
+        if let Some(boundary) = boundary {
+            info = info.push_next(boundary);
+        }
+        // SAFETY: as above.
+        unsafe { self.raw.queue_submit2(queue, &[info], fence) }
     }
 
     /// Waits until a submission is done. Commands of later submissions that must see its writes, and the CPU that reads

@@ -14,12 +14,16 @@ use super::device::Device;
 use super::error::{Error, Result};
 use super::image::{Image, can_blit, format_block};
 use super::memory::{Location, MemoryKind};
-use super::sync::{Dependency, Use};
+use super::sync::{Dependency, Layouts, Use};
 
 /// Copies to buffers and levels of textures; blits to levels.
-pub const COPY_WRITE: Use = Use::new(vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_WRITE);
+pub const COPY_WRITE: Use = Use::new(vk::PipelineStageFlags2::COPY, vk::AccessFlags2::TRANSFER_WRITE);
 /// Blits from levels.
-pub const BLIT_READ: Use = Use::new(vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_READ);
+pub const BLIT_READ: Use = Use::new(vk::PipelineStageFlags2::BLIT, vk::AccessFlags2::TRANSFER_READ);
+/// Writes levels of a texture.
+pub const BLIT_WRITE: Use = Use::new(vk::PipelineStageFlags2::BLIT, vk::AccessFlags2::TRANSFER_WRITE);
+/// Levels of a texture are written by copies, or by blits.
+pub const LEVEL_WRITE: Use = COPY_WRITE.or(BLIT_WRITE);
 
 /// The order that each barrier of an uploader makes; `None` where no upload needs it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -34,18 +38,31 @@ pub struct UploadOrder {
     pub blitted: Option<Dependency>,
     /// The write to a level that is not blitted from, before shaders sample it.
     pub written: Option<Dependency>,
+    /// The layouts of the textures.
+    pub layouts: Layouts,
 }
 
 impl UploadOrder {
+    /// Layout of a level that copies or blits write to.
+    fn written_layout(&self) -> vk::ImageLayout {
+        self.layouts.of(vk::ImageLayout::TRANSFER_DST_OPTIMAL)
+    }
+
+    /// Layout of a level that a blit reads.
+    fn blitted_layout(&self) -> vk::ImageLayout {
+        self.layouts.of(vk::ImageLayout::TRANSFER_SRC_OPTIMAL)
+    }
+
     /// The order of uploads which are read as `buffers` and `textures` say, and by nothing else.
     pub fn before(buffers: Use, textures: Use) -> UploadOrder {
         let order = |before: Use, after| Some(Dependency::between(before.writes(), after));
         UploadOrder {
             buffers: order(COPY_WRITE, buffers),
-            first: order(Use::START, COPY_WRITE),
-            blit: order(COPY_WRITE, BLIT_READ),
+            first: order(Use::START, LEVEL_WRITE),
+            blit: order(LEVEL_WRITE, BLIT_READ),
             blitted: order(BLIT_READ, textures),
-            written: order(COPY_WRITE, textures),
+            written: order(LEVEL_WRITE, textures),
+            layouts: Layouts::Optimal,
         }
     }
 }
@@ -127,7 +144,7 @@ impl Uploader {
         Ok(())
     }
 
-    /// Copies levels of every layer, rows and layers tightly packed, and leaves all of the image in `SHADER_READ_ONLY_OPTIMAL`: all levels,
+    /// Copies levels of every layer, rows and layers tightly packed, and leaves all of the image in `SHADER_READ_ONLY_OPTIMAL`, or what the order has in its place: all levels,
     /// or the first alone, of which the others are made by linear blits. The old content is lost. The image must live until
     /// [`Uploader::finish`].
     ///
@@ -164,11 +181,11 @@ impl Uploader {
         }
         // The levels written by a copy, or by the last blit, and never read.
         let first_unread = if blits { image.mip_levels - 1 } else { 0 };
-        self.make_readable(cmd, image, (first_unread, image.mip_levels - first_unread), (written, WRITTEN));
+        self.make_readable(cmd, image, (first_unread, image.mip_levels - first_unread), (written, self.order.written_layout()));
         if let Some((_, blitted)) = blitting {
             // The others were read by the blit into the next level. Their writes were made available before that; this
             // barrier waits for the read, changes the layout, and makes them visible to shaders.
-            self.make_readable(cmd, image, (0, image.mip_levels - 1), (blitted, BLITTED));
+            self.make_readable(cmd, image, (0, image.mip_levels - 1), (blitted, self.order.blitted_layout()));
         }
         Ok(())
     }
@@ -191,7 +208,7 @@ impl Uploader {
     fn make_writable(&mut self, image: &Image) -> Result<()> {
         let first = planned(self.order.first, image)?;
         let cmd = self.recording()?;
-        self.change(cmd, image, first, (vk::ImageLayout::UNDEFINED, WRITTEN));
+        self.change(cmd, image, first, (vk::ImageLayout::UNDEFINED, self.order.written_layout()));
         Ok(())
     }
 
@@ -204,7 +221,7 @@ impl Uploader {
         (order, old): (Dependency, vk::ImageLayout),
     ) {
         let levels = ImageRange::from(image).levels(first, count);
-        self.change(cmd, levels, order, (old, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL));
+        self.change(cmd, levels, order, (old, self.order.layouts.of(vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL)));
     }
 
     fn change(
@@ -227,14 +244,14 @@ impl Uploader {
     /// Makes a level, ready to be written, from the one above it.
     fn blit_level(&self, cmd: vk::CommandBuffer, image: &Image, level: u32, order: Dependency) {
         // The level above was just written, by the copy or by the last blit, and is now read.
-        self.change(cmd, ImageRange::from(image).levels(level - 1, 1), order, (WRITTEN, BLITTED));
+        let (src, dst) = (self.order.blitted_layout(), self.order.written_layout());
+        self.change(cmd, ImageRange::from(image).levels(level - 1, 1), order, (dst, src));
         let blit = vk::ImageBlit {
             src_subresource: layers_of(image, level - 1),
             src_offsets: corners(image.level_extent(level - 1)),
             dst_subresource: layers_of(image, level),
             dst_offsets: corners(image.level_extent(level)),
         };
-        let (src, dst) = (BLITTED, WRITTEN);
         // SAFETY: the command buffer is recording, the images live until it is submitted and beyond, and their levels are in these
         // layouts.
         unsafe { self.device.raw.cmd_blit_image(cmd, image.raw, src, image.raw, dst, &[blit], vk::Filter::LINEAR) };
@@ -263,7 +280,7 @@ impl Uploader {
                     .image_subresource(subresource)
                     .image_offset(vk::Offset3D { x: 0, y: first as i32, z: 0 })
                     .image_extent(vk::Extent3D { width: extent.width, height, depth: 1 });
-                let layout = WRITTEN;
+                let layout = self.order.written_layout();
                 // SAFETY: the command buffer is recording, the staging buffer is alive, the image until `finish`, as
                 // promised; the region lies within both.
                 unsafe {
@@ -331,12 +348,6 @@ impl Uploader {
 fn planned(order: Option<Dependency>, what: impl std::fmt::Debug) -> Result<Dependency> {
     order.ok_or_else(|| Error::Misuse(format!("the uploader has no order for {what:?}")))
 }
-
-/// Layout of a level that copies or blits write to.
-const WRITTEN: vk::ImageLayout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
-
-/// Layout of a level that a blit reads.
-const BLITTED: vk::ImageLayout = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
 
 /// Checks that the image can be uploaded to. Before anything is recorded, so that an image is left as it was when this fails.
 fn check_texture(image: &Image, needed: vk::ImageUsageFlags) -> Result<()> {

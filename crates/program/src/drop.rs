@@ -405,6 +405,7 @@ mod tests {
             from,
             to,
             waiting: Vec::new(),
+            resources: Vec::new(),
             before: Use::START,
             after: Use::END,
             by_region,

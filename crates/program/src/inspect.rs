@@ -353,6 +353,7 @@ fn row_list(plan: &FramePlan, rows: &Rows, layouts: impl Fn(&Row) -> Vec<LayoutC
 
 /// The bits' names; a dash when there are none.
 pub(super) fn flags(flags: &impl std::fmt::Debug) -> String {
-    let text = format!("{flags:?}");
+    // The old name of the same stage.
+    let text = format!("{flags:?}").replace("ALL_TRANSFER", "TRANSFER");
     if text.is_empty() { "-".to_owned() } else { text }
 }

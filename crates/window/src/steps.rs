@@ -154,7 +154,7 @@ fn buffers(plan: &FramePlan) -> Vec<View> {
 
 /// The view of a target of the G-buffer, if a pass of an effect stores to one.
 fn rewritten(pass: &Pass, plan: &FramePlan) -> Option<View> {
-    let touches = (pass.touches)(plan);
+    let touches = pass.uses(plan);
     let is_stored = |target| {
         let resource = Resource::Target(target);
         touches.iter().any(|touch| touch.resource == resource && matches!(touch.how, UseKind::Storage { .. }))

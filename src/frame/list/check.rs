@@ -3,7 +3,7 @@
 use ash::vk;
 
 use super::{Step, StepList, Subpass};
-use crate::frame::rows::{Rows, SyncKind};
+use crate::frame::rows::Rows;
 use crate::gpu;
 use crate::passes::{PassName, Resource, ResourceUse, UseKind, copy};
 use crate::plan::FramePlan;
@@ -26,7 +26,7 @@ impl StepList {
         };
         rows.iter().find_map(|row| {
             let (name, from, to) = (row.name, row.from, row.to);
-            if let SyncKind::Subpass(pass) = row.carrier {
+            if let Some(pass) = row.carrier.pass() {
                 let is_in = |place| self.find(place).is_some_and(|(own, _)| own == pass);
                 if !is_in(from) && !is_in(to) {
                     return Some(format!(
@@ -67,7 +67,7 @@ impl StepList {
                     }
                 }
                 Step::Commands(own) => {
-                    let touches = (own.pass.touches)(plan);
+                    let touches = own.pass.uses(plan);
                     if let Some(sentence) = contradiction(plan, own.pass.place, &touches, &mut written) {
                         return Some(sentence);
                     }
@@ -94,7 +94,7 @@ fn contradiction(
             return Some(format!("{place} touches the target {resource}, which the plan does not have"));
         }
         let needed = needed_access(touch.how);
-        if !needed.is_empty() && !touch.uses.access.intersects(needed) {
+        if !needed.is_empty() && !touch.uses.coarse().access.intersects(needed) {
             return Some(format!(
                 "{place} touches {resource} as {:?}, but says of its access {:?}",
                 touch.how, touch.uses
@@ -125,17 +125,17 @@ fn contradiction(
 }
 
 /// Accesses of which a touch of this kind must have at least one; none where it depends.
-fn needed_access(how: UseKind) -> vk::AccessFlags {
+fn needed_access(how: UseKind) -> vk::AccessFlags2 {
     match how {
-        UseKind::Input { .. } => vk::AccessFlags::INPUT_ATTACHMENT_READ,
-        UseKind::Color { .. } | UseKind::Resolve => vk::AccessFlags::COLOR_ATTACHMENT_WRITE,
+        UseKind::Input { .. } => vk::AccessFlags2::INPUT_ATTACHMENT_READ,
+        UseKind::Color { .. } | UseKind::Resolve => vk::AccessFlags2::COLOR_ATTACHMENT_WRITE,
         UseKind::Depth { .. } => {
-            vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_READ | vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_WRITE
+            vk::AccessFlags2::DEPTH_STENCIL_ATTACHMENT_READ | vk::AccessFlags2::DEPTH_STENCIL_ATTACHMENT_WRITE
         }
-        UseKind::Sampled { .. } => vk::AccessFlags::SHADER_READ,
-        UseKind::Storage { .. } => vk::AccessFlags::SHADER_WRITE,
-        UseKind::CopiedFrom => vk::AccessFlags::TRANSFER_READ,
-        UseKind::CopiedTo => vk::AccessFlags::TRANSFER_WRITE,
-        UseKind::Presented | UseKind::Buffer => vk::AccessFlags::empty(),
+        UseKind::Sampled { .. } => vk::AccessFlags2::SHADER_READ,
+        UseKind::Storage { .. } => vk::AccessFlags2::SHADER_WRITE,
+        UseKind::CopiedFrom => vk::AccessFlags2::TRANSFER_READ,
+        UseKind::CopiedTo => vk::AccessFlags2::TRANSFER_WRITE,
+        UseKind::Presented | UseKind::Buffer => vk::AccessFlags2::empty(),
     }
 }

@@ -104,9 +104,9 @@ impl Presenter {
     }
 
     /// The stage at which a frame waits for its image: the row "acquire".
-    pub(super) fn acquire_stage(&self) -> vk::PipelineStageFlags {
+    pub(super) fn acquire_stage(&self) -> vk::PipelineStageFlags2 {
         let row = self.renderer.as_ref().and_then(|renderer| renderer.rows.find(RowName::ACQUIRE));
-        row.map_or(vk::PipelineStageFlags::ALL_COMMANDS, |row| row.after.stage)
+        row.map_or(vk::PipelineStageFlags2::ALL_COMMANDS, |row| row.after.stage)
     }
 
     /// Draws into an image that is acquired, and presents it.

@@ -212,7 +212,7 @@ impl Presenter {
         let encoded = encoded_image(renderer, self.beside_kept.as_ref());
         let over = Over::of(renderer, encoded, swapchain, self.desc.images);
         // Taken out first: an overlay that could not be fitted is gone, and not drawn with.
-        let overlay = self.overlay.take().filter(|own| own.format() == over.format && self.changed.is_none());
+        let overlay = self.overlay.take().filter(|own| own.form() == (over.format, over.uploads.layouts) && self.changed.is_none());
         if let Some(mut overlay) = overlay {
             overlay.resize(&over.views, over.extent)?;
             self.overlay = Some(overlay);
@@ -220,9 +220,10 @@ impl Presenter {
         let before = self.encode.take().filter(|_| self.changed.is_none());
         let (Some(picture), Some(encoding)) = (encoded, renderer.plan.encoding) else { return Ok(()) };
         let (format, transfer) = (swapchain.formats.drawn, encoding.transfer);
-        let mut encode = match before.filter(|before| before.is_for(format, transfer)) {
+        let layouts = renderer.plan.layouts;
+        let mut encode = match before.filter(|before| before.is_for(format, transfer, layouts)) {
             Some(before) => before,
-            None => Encode::new(&self.device, format, transfer)?,
+            None => Encode::new(&self.device, format, transfer, layouts)?,
         };
         encode.resize(picture.view, &swapchain.views(), swapchain.extent)?;
         self.encode = Some(encode);

@@ -108,7 +108,7 @@ pub(super) fn record_copy(
     let (device, rows) = (&renderer.device, &renderer.rows);
     match (swapchain_image, encoded.or_else(|| renderer.frame.output(&renderer.plan))) {
         (Some(image), _) => copy_presented(device, rows, (cmd, image), copy),
-        (None, Some(own)) => copy.record(device, cmd, own.raw),
+        (None, Some(own)) => copy.record(device, cmd, (own.raw, rows.layouts)),
         (None, None) => return,
     }
     host_barrier(device, cmd, copy, rows);
@@ -135,6 +135,6 @@ pub(super) fn record_encode(
 fn copy_presented(device: &Device, rows: &Rows, (cmd, image): (vk::CommandBuffer, vk::Image), copy: &Copy) {
     let whole = ImageRange::whole(image, vk::ImageAspectFlags::COLOR);
     image_barrier(device, cmd, whole, rows.find(RowName::PICTURE_TO_COPY));
-    copy.record(device, cmd, image);
+    copy.record(device, cmd, (image, rows.layouts));
     image_barrier(device, cmd, whole, rows.find(RowName::COPY_TO_PICTURE));
 }

@@ -1,6 +1,6 @@
 //! Hazards as drawings show them: each with its two uses apart, and hazards that are alike as one.
 
-use ash::vk::{AccessFlags as A, ImageLayout, PipelineStageFlags as S};
+use ash::vk::{AccessFlags2 as A, ImageLayout, PipelineStageFlags2 as S};
 
 use super::order::PRESENTATION;
 use super::program::{MemoryAccess, TouchKind};

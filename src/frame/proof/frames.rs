@@ -1,17 +1,17 @@
 //! A model of the work of a plan's frames, made from the plan, its render passes and its rows: uploads, frames in flight, copies, and a window's
 //! additions.
 
-use ash::vk::{AccessFlags as A, ImageLayout as L};
+use ash::vk::{AccessFlags2 as A, ImageLayout as L};
 
 use super::order::PRESENTATION;
 use super::program::{Memory, Program, Scope, Span, Sync, Time, Who};
 use super::render_pass::Besides;
 use crate::frame::IN_FLIGHT;
-use crate::frame::list::{Commands, Condition, RenderPassName, SHADOW_PASS, Step, StepList};
+use crate::frame::list::{Commands, Condition, RenderPassName, Step, StepList};
 use crate::frame::render_pass::PassDescription;
 use crate::frame::rows::{FORMULA_WRITE, PassName, Row, RowName, Rows, SyncKind, shadow};
 use crate::gpu::sync::{DEVICE_ACCESS, HOST_WRITE, Use};
-use crate::gpu::upload::{BLIT_READ, COPY_WRITE};
+use crate::gpu::upload::{BLIT_READ, BLIT_WRITE, COPY_WRITE};
 use crate::gpu_scene::shadow_clear;
 use crate::passes::{FRAME_READ, Resource, ResourceUse, copy, present};
 use crate::plan::FramePlan;
@@ -177,6 +177,8 @@ impl FrameModelBuilder<'_> {
     /// Gives the end of the submission.
     fn upload(&mut self) -> Time {
         let uploads = self.plan.uploads;
+        let (copied_into, blitted) =
+            (self.plan.layouts.of(L::TRANSFER_DST_OPTIMAL), self.plan.layouts.of(L::TRANSFER_SRC_OPTIMAL));
         self.program.command(PassName::HOST, &[(STAGING, BUFFER, HOST_WRITE)]);
         self.submit();
         let from = (STAGING, BUFFER, copy::READ);
@@ -188,11 +190,11 @@ impl FrameModelBuilder<'_> {
                 for &level in texture {
                     self.image_barrier(RowName::TEXTURE_TO_COPY, level);
                 }
-                self.program.command(PassName::UPLOAD, &[from, (texture[0], L::TRANSFER_DST_OPTIMAL, COPY_WRITE)]);
+                self.program.command(PassName::UPLOAD, &[from, (texture[0], copied_into, COPY_WRITE)]);
                 for pair in texture.windows(2) {
                     self.image_barrier(RowName::LEVEL_TO_BLIT, pair[0]);
-                    let read = (pair[0], L::TRANSFER_SRC_OPTIMAL, BLIT_READ);
-                    self.program.command(PassName::UPLOAD, &[read, (pair[1], L::TRANSFER_DST_OPTIMAL, COPY_WRITE)]);
+                    let read = (pair[0], blitted, BLIT_READ);
+                    self.program.command(PassName::UPLOAD, &[read, (pair[1], copied_into, BLIT_WRITE)]);
                 }
                 self.image_barrier(RowName::UPLOAD_TO_TEXTURES, texture[texture.len() - 1]);
                 for &level in &texture[..texture.len() - 1] {
@@ -216,8 +218,8 @@ impl FrameModelBuilder<'_> {
     /// A texture of OVERLAY.
     fn upload_panel(&mut self) {
         self.image_barrier(RowName::PANEL_TO_COPY, Memory::of(Resource::PanelTextures));
-        self.program
-            .command(PassName::UPLOAD, &[(Memory::of(Resource::PanelTextures), L::TRANSFER_DST_OPTIMAL, COPY_WRITE)]);
+        let layout = self.plan.layouts.of(L::TRANSFER_DST_OPTIMAL);
+        self.program.command(PassName::UPLOAD, &[(Memory::of(Resource::PanelTextures), layout, COPY_WRITE)]);
         self.image_barrier(RowName::UPLOAD_TO_PANELS, Memory::of(Resource::PanelTextures));
     }
 
@@ -225,7 +227,8 @@ impl FrameModelBuilder<'_> {
         for (image, [before, after]) in shadow::images(self.plan) {
             for map in memory_of(self.plan, image, 0) {
                 self.image_barrier(before, map);
-                self.program.command(PassName::CLEAR, &[(map, L::TRANSFER_DST_OPTIMAL, shadow_clear::WRITE)]);
+                let layout = self.plan.layouts.of(L::TRANSFER_DST_OPTIMAL);
+                self.program.command(PassName::CLEAR, &[(map, layout, shadow_clear::WRITE)]);
                 self.image_barrier(after, map);
             }
         }
@@ -309,7 +312,7 @@ impl FrameModelBuilder<'_> {
             let all = touches.iter().filter(|touch| !touch.is_attachment());
             all.flat_map(|touch| besides(plan, touch, place)).collect()
         };
-        if name == SHADOW_PASS {
+        if name.draws_maps() {
             for (map, times) in (0..).zip(turn.maps) {
                 let memory: Vec<_> = pass.attachments.iter().map(|&(image, _)| Memory::part(image, map)).collect();
                 for _ in 0..times {
@@ -327,7 +330,7 @@ impl FrameModelBuilder<'_> {
     fn commands(&mut self, own: &Commands, place: usize) {
         let plan = self.plan;
         self.barriers(&own.before, place);
-        let touches = (own.pass.touches)(plan);
+        let touches = own.pass.uses(plan);
         let all: Vec<_> = touches.iter().flat_map(|touch| besides(plan, touch, place)).collect();
         self.program.command(own.pass.place, &all);
         self.barriers(&own.after, place);

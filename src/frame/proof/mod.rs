@@ -11,6 +11,7 @@ use ash::vk;
 
 use super::rows::unreported_mutants::RowPart;
 use super::rows::{PassName, Row, RowError, RowName, Rows};
+use crate::gpu::sync::Use;
 use crate::passes::copy;
 use crate::plan::FramePlan;
 use order::HappensBefore;
@@ -239,7 +240,8 @@ fn describe_access(touch: &MemoryAccess) -> String {
         TouchKind::Store => ", storing,",
         TouchKind::Plain => "",
     };
-    format!("{who}{when}{what} ({:?}, {:?})", touch.stage, touch.access)
+    let uses = Use::new(touch.stage, touch.access);
+    format!("{who}{when}{what} ({}, {})", uses.stages(), uses.accesses())
 }
 
 #[cfg(test)]

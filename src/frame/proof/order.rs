@@ -5,17 +5,19 @@ use std::cell::RefCell;
 use std::collections::HashMap;
 use std::rc::Rc;
 
-use ash::vk::{AccessFlags as A, PipelineStageFlags as S};
+use ash::vk::{AccessFlags2 as A, PipelineStageFlags2 as S};
 
 use super::program::{MemoryAccess, Program, Scope, Sync, TouchKind};
 
 /// A stage of our own: presentation, which the program orders by semaphores.
-pub(super) const PRESENTATION: S = S::from_raw(1 << 30);
+pub(super) const PRESENTATION: S = S::from_raw(1 << 62);
 
 /// The stages of drawing, each logically earlier than the next.
-const DRAWING: [S; 7] = [
+const DRAWING: [S; 9] = [
     S::DRAW_INDIRECT,
     S::VERTEX_INPUT,
+    S::INDEX_INPUT,
+    S::VERTEX_ATTRIBUTE_INPUT,
     S::VERTEX_SHADER,
     S::EARLY_FRAGMENT_TESTS,
     S::FRAGMENT_SHADER,
@@ -23,9 +25,20 @@ const DRAWING: [S; 7] = [
     S::COLOR_ATTACHMENT_OUTPUT,
 ];
 
+/// The stages that TRANSFER is made of.
+const COPIES: S = S::from_raw(S::ALL_TRANSFER.as_raw() | S::COPY.as_raw() | S::BLIT.as_raw() | S::CLEAR.as_raw());
+
 /// Every stage of the device that anything here happens in.
 fn all_commands() -> S {
-    DRAWING.into_iter().fold(S::COMPUTE_SHADER | S::TRANSFER, |all, stage| all | stage)
+    DRAWING.into_iter().fold(S::COMPUTE_SHADER | COPIES, |all, stage| all | stage)
+}
+
+/// The mask with the finer stages that its coarse ones are made of.
+fn in_full(mask: S) -> S {
+    let copies = if mask.contains(S::ALL_TRANSFER) { COPIES } else { S::empty() };
+    let fetches =
+        if mask.contains(S::VERTEX_INPUT) { S::INDEX_INPUT | S::VERTEX_ATTRIBUTE_INPUT } else { S::empty() };
+    mask | copies | fetches
 }
 
 /// The stages of a first scope: those of its mask, and all that are logically earlier. A wait for the end of the pipe is one for everything.
@@ -33,6 +46,7 @@ fn with_earlier(mask: S) -> S {
     if mask.intersects(S::ALL_COMMANDS | S::BOTTOM_OF_PIPE) {
         return all_commands() | mask;
     }
+    let mask = in_full(mask);
     let last = DRAWING.iter().rposition(|stage| mask.intersects(*stage)).map_or(0, |index| index + 1);
     let indirect = if mask.intersects(S::COMPUTE_SHADER) { S::DRAW_INDIRECT } else { S::empty() };
     DRAWING[..last].iter().fold(mask | indirect, |all, stage| all | *stage)
@@ -43,20 +57,29 @@ fn with_later(mask: S) -> S {
     if mask.intersects(S::ALL_COMMANDS | S::TOP_OF_PIPE) {
         return all_commands() | mask;
     }
+    let mask = in_full(mask);
     let first = DRAWING.iter().position(|stage| mask.intersects(*stage)).unwrap_or(DRAWING.len());
     let compute = if mask.intersects(S::DRAW_INDIRECT) { S::COMPUTE_SHADER } else { S::empty() };
     DRAWING[first..].iter().fold(mask | compute, |all, stage| all | *stage)
 }
 
+/// The accesses with the finer ones that coarse ones are made of.
+fn accesses_in_full(mask: A) -> A {
+    let reads =
+        if mask.contains(A::SHADER_READ) { A::SHADER_SAMPLED_READ | A::SHADER_STORAGE_READ } else { A::empty() };
+    let writes = if mask.contains(A::SHADER_WRITE) { A::SHADER_STORAGE_WRITE } else { A::empty() };
+    mask | reads | writes
+}
+
 impl Scope {
     /// An access scope has only the stages and accesses that are named.
     fn reaches_memory(&self, touch: &MemoryAccess) -> bool {
-        let named = self.mask.stage.contains(touch.stage)
+        let named = in_full(self.mask.stage).contains(touch.stage)
             || self.mask.stage.contains(S::ALL_COMMANDS) && all_commands().contains(touch.stage);
         let any = if touch.is_write() { A::MEMORY_WRITE } else { A::MEMORY_READ };
         self.span.contains(touch.time)
             && named
-            && (self.mask.access.contains(touch.access) || self.mask.access.contains(any))
+            && (accesses_in_full(self.mask.access).contains(touch.access) || self.mask.access.contains(any))
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use ash::vk::{self, AccessFlags as A, PipelineStageFlags as S};
+use ash::vk::{self, AccessFlags2 as A, PipelineStageFlags2 as S};
 
 use crate::frame::list::RenderPassName;
 use crate::frame::rows::{PassName, RowName, SUPPORTED};
@@ -253,15 +253,20 @@ impl Program {
         }
     }
 
-    /// A pipeline barrier on all memory, or on some of it. Gives its index.
+    /// A pipeline barrier on all memory, or on one part of it. Gives its index.
     pub(super) fn barrier(&mut self, order: Dependency, memory: Option<Memory>) -> usize {
+        self.barrier_on(order, memory.map(|own| [own].into_iter().collect()))
+    }
+
+    /// The same on several.
+    pub(super) fn barrier_on(&mut self, order: Dependency, memory: Option<MemorySet>) -> usize {
         let time = self.step();
         self.synchronize(Sync {
             first: Scope { span: Span::before(time), mask: order.before },
             second: Scope { span: Span::since(time), mask: order.after },
             region: None,
             by_sample: false,
-            memory: memory.map(|own| [own].into_iter().collect()),
+            memory,
             is_whole: false,
             is_fence: false,
         })
@@ -307,7 +312,7 @@ fn each(uses: Use) -> impl Iterator<Item = Use> {
     let supported = SUPPORTED.iter().filter(move |(access, _)| uses.access.contains(*access));
     supported.flat_map(move |&(access, stages)| {
         let stages = (uses.stage & stages).as_raw();
-        let bits = (0..u32::BITS).map(|bit| 1 << bit).filter(move |bit| stages & bit != 0);
+        let bits = (0..u64::BITS).map(|bit| 1 << bit).filter(move |bit| stages & bit != 0);
         bits.map(move |stage| Use::new(S::from_raw(stage), access))
     })
 }

@@ -1,12 +1,14 @@
 //! A render pass in the list: its dependencies, with those that are implicit, and its subpasses' touches of attachments ("Render Pass": load
 //! operations, layout changes, store operations).
 
-use ash::vk::{self, AccessFlags as A, PipelineStageFlags as S};
+use ash::vk::{self, AccessFlags2 as A, PipelineStageFlags2 as S};
 
 use super::program::{Memory, MemoryAccess, MemorySet, Program, Scope, Span, Sync, Time, TouchKind, Who};
 use crate::frame::list::RESOLVE;
 use crate::frame::render_pass::PassDescription;
-use crate::gpu::sync::Use;
+use crate::frame::rendering::AroundRendering;
+use crate::frame::rows::Row;
+use crate::gpu::sync::{Dependency, Use};
 use crate::passes::{ResourceUse, UseKind};
 use crate::plan::DEPTH;
 
@@ -56,14 +58,21 @@ impl Program {
         memory: &[Memory],
         besides: impl Fn(&[ResourceUse]) -> Vec<Besides>,
     ) {
-        let begin = self.step();
-        let times = pass.subpasses.iter().map(|_| self.step()).collect();
         let besides: Vec<_> = pass.subpasses.iter().map(|subpass| besides(&subpass.touches)).collect();
         let touched = memory.iter().copied().chain(besides.iter().flatten().map(|(memory, ..)| *memory)).collect();
-        let (id, end) = (self.instance(), self.step());
-        let mut instance =
-            RenderPassInstance { pass, memory, touched, id, begin, times, end, dependencies: Vec::new() };
-        instance.add_dependencies(self);
+        let id = self.instance();
+        let instance = match pass.is_rendering {
+            true => RenderPassInstance::rendered(self, (pass, memory, touched), id),
+            false => {
+                let begin = self.step();
+                let times = pass.subpasses.iter().map(|_| self.step()).collect();
+                let end = self.step();
+                let mut instance =
+                    RenderPassInstance { pass, memory, touched, id, begin, times, end, dependencies: Vec::new() };
+                instance.add_dependencies(self);
+                instance
+            }
+        };
         for (index, (subpass, besides)) in (0..).zip(pass.subpasses.iter().zip(&besides)) {
             let (who, group) = (Who::At(subpass.place), self.group());
             let time = instance.times[index as usize];
@@ -74,13 +83,97 @@ impl Program {
                 self.touch(&MemoryAccess { time, group, ..self.plain(memory, who, layout) }, uses);
             }
         }
+        if pass.is_rendering {
+            instance.leave_rendering(self);
+            return;
+        }
         for attachment in 0..pass.attachments.len() as u32 {
             instance.finish(self, attachment);
         }
     }
 }
 
-impl RenderPassInstance<'_> {
+impl<'a> RenderPassInstance<'a> {
+    /// Rendering without a render pass: barriers before it, then barriers inside it before the subpasses that wait.
+    fn rendered(
+        program: &mut Program,
+        (pass, memory, touched): (&'a PassDescription, &'a [Memory], MemorySet),
+        id: u32,
+    ) -> Self {
+        let mut instance = Self {
+            pass,
+            memory,
+            touched,
+            id,
+            begin: 0,
+            times: Vec::new(),
+            end: 0,
+            dependencies: Vec::new(),
+        };
+        for around in pass.changes_at_the_start() {
+            let change = |index: usize, own: &Self| {
+                let used = own.users(index as u32).first().and_then(|&first| own.layout(first, index as u32));
+                [pass.attachments[index].1.initial_layout, used.unwrap_or_default()]
+            };
+            instance.carry_out(program, &around, change);
+        }
+        instance.begin = program.step();
+        let inside = |subpass: u32| {
+            pass.dependencies.iter().filter(move |(_, ends)| ends[1] == subpass && ends[0] != EXTERNAL)
+        };
+        let count: usize = (0..pass.subpasses.len() as u32).map(|subpass| 1 + inside(subpass).count()).sum();
+        instance.end = instance.begin + count as Time + 1;
+        for subpass in 0..pass.subpasses.len() as u32 {
+            for (row, ends) in inside(subpass) {
+                let now = program.step();
+                let span = |from, until| Span { from, until };
+                program.synchronize(Sync {
+                    first: Scope { span: span(instance.begin, now), mask: row.before },
+                    second: Scope { span: span(now, instance.end), mask: row.after },
+                    region: Some(id),
+                    by_sample: instance.is_by_sample(*ends),
+                    memory: Some(instance.touched.clone()),
+                    is_whole: false,
+                    is_fence: false,
+                });
+            }
+            instance.times.push(program.step());
+        }
+        instance.end = program.step();
+        instance
+    }
+
+    /// The barriers after rendering.
+    fn leave_rendering(&self, program: &mut Program) {
+        for around in self.pass.changes_at_the_end() {
+            self.carry_out(program, &around, |index, own| {
+                let used = own.users(index as u32).last().and_then(|&last| own.layout(last, index as u32));
+                [used.unwrap_or_default(), own.pass.attachments[index].1.final_layout]
+            });
+        }
+    }
+
+    /// The barriers of one row: on images whose layout changes, and on memory where it orders more than these.
+    fn carry_out(
+        &self,
+        program: &mut Program,
+        around: &AroundRendering,
+        change: impl Fn(usize, &Self) -> [vk::ImageLayout; 2],
+    ) {
+        let order = around.row.as_ref().map_or(Dependency::between(Use::START, Use::END), Row::order);
+        let who = around.row.as_ref().map_or(Who::End(self.pass.name), |row| Who::Row(row.name));
+        let changed: MemorySet = around.changed.iter().map(|&index| self.memory[index]).collect();
+        let by = program.barrier_on(order, Some(if around.orders_more { self.touched.clone() } else { changed }));
+        for &index in &around.changed {
+            program.transition((who, self.memory[index]), change(index, self), vec![by], None);
+        }
+    }
+
+    /// "Framebuffer Region Dependencies": where both sides have as many samples, a region has one of them.
+    fn is_by_sample(&self, ends: [u32; 2]) -> bool {
+        self.samples(ends[0]) == self.samples(ends[1]) && self.samples(ends[0]) != Some(vk::SampleCountFlags::TYPE_1)
+    }
+
     /// The layout in which a subpass uses an attachment, if it does.
     fn layout(&self, subpass: u32, attachment: u32) -> Option<vk::ImageLayout> {
         let own = &self.pass.subpasses[subpass as usize];
@@ -132,10 +225,7 @@ impl RenderPassInstance<'_> {
                 first: Scope { span: span(ends[0], Span::before(self.begin)), mask: before },
                 second: Scope { span: span(ends[1], Span::since(self.end)), mask: after },
                 region: is_local.then_some(self.id),
-                // "Framebuffer Region Dependencies": where both sides have as many samples, a region has one of them.
-                by_sample: by_region
-                    && self.samples(ends[0]) == self.samples(ends[1])
-                    && self.samples(ends[0]) != Some(vk::SampleCountFlags::TYPE_1),
+                by_sample: by_region && self.is_by_sample(ends),
                 memory: Some(self.touched.clone()),
                 is_whole: false,
                 is_fence: false,
@@ -153,11 +243,16 @@ impl RenderPassInstance<'_> {
         let memory = self.memory[attachment as usize];
         let from = previous.map_or(description.initial_layout, |user| self.layout(user, attachment).unwrap_or(layout));
         let change = self.change((previous, Some(subpass)));
-        program.transition((who, memory), [from, layout], change, Some(self.id));
+        if !self.pass.is_rendering {
+            program.transition((who, memory), [from, layout], change, Some(self.id));
+        }
 
         // Its format says where it is loaded and stored, also where a pass only reads it as an input.
         let is_depth = description.format == DEPTH;
         let (time, local) = (self.times[subpass as usize], Some(self.id));
+        // Rendering loads before its first draw, and stores after its last one.
+        let is_rendering = self.pass.is_rendering;
+        let (loaded, stored) = if is_rendering { (self.begin, self.end) } else { (time, time) };
         let own = MemoryAccess { time, local, group, ..program.plain(memory, who, layout) };
         let subpass_of = &self.pass.subpasses[subpass as usize];
         let names = |references: &[vk::AttachmentReference]| references.iter().any(|own| own.attachment == attachment);
@@ -167,7 +262,7 @@ impl RenderPassInstance<'_> {
             let all_samples = declared().any(|own| matches!(own.how, UseKind::Input { .. }) && own.all_samples);
             program.touch(&MemoryAccess { all_samples, ..own.clone() }, INPUT_READ);
         }
-        let mut touch = |uses: Use, kind: TouchKind| program.touch(&MemoryAccess { kind, ..own.clone() }, uses);
+        let mut touch_at = |time, uses: Use, kind| program.touch(&MemoryAccess { kind, time, ..own.clone() }, uses);
         let write = if is_depth { DEPTH_WRITE } else { COLOR_WRITE };
         if previous.is_none() {
             let load = match (description.load_op, is_depth) {
@@ -176,26 +271,26 @@ impl RenderPassInstance<'_> {
                 _ => write,
             };
             let stage = if is_depth { S::EARLY_FRAGMENT_TESTS } else { COLOR };
-            touch(Use::new(stage, load.access), TouchKind::Load);
+            touch_at(loaded, Use::new(stage, load.access), TouchKind::Load);
         }
         if names(&subpass_of.color) {
             // As its pass declares: it overwrites, or blends.
             let drawn = declared().filter(|own| matches!(own.how, UseKind::Color { .. }));
-            drawn.for_each(|own| touch(own.uses, TouchKind::Plain));
+            drawn.for_each(|own| touch_at(time, own.uses, TouchKind::Plain));
             if !subpass_of.resolve.is_empty() {
-                touch(RESOLVE, TouchKind::Plain);
+                touch_at(time, RESOLVE, TouchKind::Plain);
             }
         }
         if names(&subpass_of.resolve) {
-            touch(COLOR_WRITE, TouchKind::Plain);
+            touch_at(time, COLOR_WRITE, TouchKind::Plain);
         }
-        if let Some(depth) = subpass_of.depth.filter(|own| own.attachment == attachment) {
-            let writes = depth.layout == vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL;
-            touch(if writes { DEPTH_READ.or(DEPTH_WRITE) } else { DEPTH_READ }, TouchKind::Plain);
+        if subpass_of.depth.is_some_and(|own| own.attachment == attachment) {
+            let writes = declared().any(|own| matches!(own.how, UseKind::Depth { .. }) && own.writes());
+            touch_at(time, if writes { DEPTH_READ.or(DEPTH_WRITE) } else { DEPTH_READ }, TouchKind::Plain);
         }
         if users.last() == Some(&subpass) {
             let stage = if is_depth { S::LATE_FRAGMENT_TESTS } else { COLOR };
-            touch(Use::new(stage, write.access), TouchKind::Store);
+            touch_at(stored, Use::new(stage, write.access), TouchKind::Store);
         }
     }
 

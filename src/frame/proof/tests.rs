@@ -1,6 +1,6 @@
 //! The rules, each on a few commands; `tests/sync/proof.rs` has the plans.
 
-use ash::vk::{AccessFlags as A, ImageLayout as L, PipelineStageFlags as S};
+use ash::vk::{AccessFlags2 as A, ImageLayout as L, PipelineStageFlags2 as S};
 
 use super::program::{MemorySet, Scope, Span, Sync, Who};
 use super::*;

@@ -454,7 +454,10 @@ fn a_tiled_frame_stores_what_its_compute_shader_binds_and_no_more() {
 
 #[test]
 fn the_shadow_pass_stores_its_map_and_leaves_it_readable() {
-    let attachment = shadow::attachment();
+    let plans = samples::plans();
+    let (_, plan) = plans.iter().find(|(_, plan)| plan.shadow.is_some()).expect("a plan with maps");
+    let pass = PassDescription::named(plan, &rows::table(plan), SHADOW_PASS).expect("maps");
+    let (_, attachment) = pass.attachments[0];
     assert_eq!((attachment.format, attachment.store_op), (plan::DEPTH, vk::AttachmentStoreOp::STORE));
     assert_eq!(attachment.load_op, vk::AttachmentLoadOp::CLEAR);
     let readable = vk::ImageLayout::DEPTH_STENCIL_READ_ONLY_OPTIMAL;
@@ -499,7 +502,7 @@ fn pictures_that_are_drawn_anew_have_the_numbers_of_their_passes_in_the_order() 
     }
     let plan = samples::plan(&scene, &settings);
     let drawn = |pass: &'static Pass| {
-        let colors = (pass.touches)(&plan).into_iter().filter(|touch| matches!(touch.how, UseKind::Color { .. }));
+        let colors = pass.uses(&plan).into_iter().filter(|touch| matches!(touch.how, UseKind::Color { .. }));
         colors.filter_map(|touch| match touch.resource {
             Resource::Target(target @ Target::Redrawn(_)) => Some(target),
             _ => None,

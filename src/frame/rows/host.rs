@@ -19,7 +19,7 @@ impl RowName {
 
 /// Writes every result.
 pub(in crate::frame) const FORMULA_WRITE: Use =
-    Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
+    Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_WRITE);
 
 /// Returns the rows by which FORMULAS reads its inputs and the CPU its results.
 pub(super) fn formulas() -> [Row; 3] {
@@ -53,7 +53,7 @@ pub(super) fn rows() -> [Row; 5] {
             .to(PassName::HOST, &[HOST_WRITE])
             .because("the CPU writes buffers and commands of a frame anew when the last frame that used them is done"),
         wait(RowName::LAST_USE_TO_DESTROY, PassName::DEVICE)
-            .to(PassName::HOST, &[Use::new(vk::PipelineStageFlags::HOST, vk::AccessFlags::empty())])
+            .to(PassName::HOST, &[Use::new(vk::PipelineStageFlags2::HOST, vk::AccessFlags2::empty())])
             .because(
                 "an object is destroyed once the last submission made before it was dropped is done (the retire queue)",
             ),

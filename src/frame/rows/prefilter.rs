@@ -34,6 +34,7 @@ impl Rows {
     /// The rows that PREFILTER is submitted with; `None` where no sky lights the scene.
     pub(in crate::frame) fn prefilter_order(&self) -> Option<PrefilterOrder> {
         let begin = self.find(RowName::SKY_LIGHT_TO_PREFILTER)?.order();
-        Some(PrefilterOrder { begin, readable: self.find(RowName::PREFILTER_TO_LIGHTING)?.order() })
+        let readable = self.find(RowName::PREFILTER_TO_LIGHTING)?.order();
+        Some(PrefilterOrder { begin, readable, layouts: self.layouts })
     }
 }

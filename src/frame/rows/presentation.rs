@@ -44,7 +44,7 @@ const DRAWN_INTO: vk::ImageLayout = vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL;
 const SAMPLED: vk::ImageLayout = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
 
 /// The passes that may lie over the picture come one after the other, each present or not: one ends with TRANSFER and the next begins with it.
-pub(super) const IN_TURN: Use = Use::new(vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::empty());
+pub(super) const IN_TURN: Use = Use::new(vk::PipelineStageFlags2::TRANSFER, vk::AccessFlags2::empty());
 
 /// None where nothing is presented.
 pub(super) fn rows(plan: &FramePlan, steps: &[Step]) -> Vec<Row> {
@@ -239,6 +239,7 @@ impl Rows {
         UploadOrder {
             first: order(RowName::PANEL_TO_COPY),
             written: order(RowName::UPLOAD_TO_PANELS),
+            layouts: self.layouts,
             ..UploadOrder::default()
         }
     }
@@ -246,7 +247,7 @@ impl Rows {
 
 #[cfg(test)]
 mod tests {
-    use ash::vk::PipelineStageFlags as S;
+    use ash::vk::PipelineStageFlags2 as S;
 
     use super::super::{Rows, table};
     use super::*;

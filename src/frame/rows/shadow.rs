@@ -3,7 +3,7 @@
 use ash::vk;
 
 use super::{PassName, Row, RowName, Rows, barrier, waits};
-use crate::frame::list::Step;
+use crate::frame::list::{Step, StepList, Subpass};
 use crate::gpu::sync::Use;
 use crate::gpu_scene::{ATLAS_LAYOUT, ClearOrder, ClearOrders, TINT_LAYOUT, shadow_clear};
 use crate::passes::{Resource, shadow, tint};
@@ -30,10 +30,28 @@ pub(in crate::frame) fn images(plan: &FramePlan) -> impl Iterator<Item = (Resour
     planned.map(|_| (Resource::SHADOW_MAPS, OF_MAPS)).into_iter().chain(tints)
 }
 
-/// The attachments of the render pass of maps. A map is a part of a layer that has others: it is readable before and after.
-pub(in crate::frame) fn attachments(plan: &FramePlan) -> Vec<(Resource, vk::AttachmentDescription)> {
-    let of = |image| if image == Resource::SHADOW_TINTS { tint::attachment() } else { shadow::attachment() };
-    images(plan).map(|(image, _)| (image, of(image))).collect()
+/// The attachments of a render pass of maps with these subpasses: the images that they use. A map is a part of a layer that has others: it is readable
+/// before and after.
+pub(in crate::frame) fn attachments(
+    plan: &FramePlan,
+    list: &StepList,
+    listed: &[Subpass],
+) -> Vec<(Resource, vk::AttachmentDescription)> {
+    let uses = |subpass: &Subpass, image| subpass.touches.iter().any(|own| own.resource == image && own.is_attachment());
+    let of = |(image, _)| {
+        let first = list.render_passes().flat_map(|(_, subpasses)| subpasses).find(|own| uses(own, image))?;
+        listed.iter().any(|own| uses(own, image)).then(|| {
+            let (own, readable) = match image {
+                Resource::SHADOW_TINTS => (tint::attachment(), TINT_LAYOUT),
+                _ => (shadow::attachment(), ATLAS_LAYOUT),
+            };
+            let is_loaded = listed.iter().all(|own| own.place != first.place);
+            let load = if is_loaded { vk::AttachmentLoadOp::LOAD } else { own.load_op };
+            let layout = plan.layouts.of(readable);
+            (image, own.load_op(load).initial_layout(layout).final_layout(layout))
+        })
+    };
+    images(plan).filter_map(of).collect()
 }
 
 /// None where the plan has no maps.
@@ -73,6 +91,6 @@ impl Rows {
         let order = |[before, after]: ClearRows| {
             Some(ClearOrder { clear: self.find(before)?.order(), look_up: self.find(after)?.order() })
         };
-        Some(ClearOrders { maps: order(OF_MAPS)?, tints: order(OF_TINTS) })
+        Some(ClearOrders { maps: order(OF_MAPS)?, tints: order(OF_TINTS), layouts: self.layouts })
     }
 }

@@ -3,7 +3,7 @@
 use std::cell::Cell;
 use std::collections::BTreeSet;
 
-use ash::vk::{AccessFlags as A, PipelineStageFlags as S};
+use ash::vk::{AccessFlags2 as A, PipelineStageFlags2 as S};
 
 use super::masks::SUPPORTED;
 use super::*;
@@ -83,9 +83,9 @@ fn rows_are_across_samples_where_one_side_reads_them_all_and_both_draw_as_many()
     each_plan(|name, plan, table| {
         let list = StepList::of(plan);
         let reads_all =
-            |place| list.passes_at(place).iter().any(|pass| (pass.touches)(plan).iter().any(|own| own.all_samples));
+            |place| list.passes_at(place).iter().any(|pass| pass.uses(plan).iter().any(|own| own.all_samples));
         let drawn = |place| {
-            let touches = list.passes_at(place).into_iter().flat_map(|pass| (pass.touches)(plan));
+            let touches = list.passes_at(place).into_iter().flat_map(|pass| pass.uses(plan));
             let mut targets = touches.filter_map(|own| match (own.how, own.resource) {
                 (UseKind::Color { .. }, Resource::Target(target)) => Some(plan.samples_of(target)),
                 _ => None,

@@ -7,7 +7,7 @@
 //! A blind spot of the layer is one of a kind of row, whichever passes it is between. So an entry asks for the row's carrier, stages and accesses, and names
 //! no effect: the rows of a new one are judged as well.
 
-use ash::vk::{self, AccessFlags as A, PipelineStageFlags as S};
+use ash::vk::{self, AccessFlags2 as A, PipelineStageFlags2 as S};
 
 use super::{Row, Side, SyncKind};
 use crate::frame::list::RenderPassName;

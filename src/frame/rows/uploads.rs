@@ -5,7 +5,7 @@ use ash::vk;
 use super::{PassName, Row, RowName, Rows, SyncKind, barrier, row};
 use crate::gpu::UploadOrder;
 use crate::gpu::sync::Use;
-use crate::gpu::upload::{BLIT_READ, COPY_WRITE};
+use crate::gpu::upload::{BLIT_READ, COPY_WRITE, LEVEL_WRITE};
 use crate::gpu_scene::{INDEX_READ, LOOK_UP, TEXTURE_READ, VERTEX_READ};
 use crate::passes::{prefilter, skin};
 use crate::plan::FramePlan;
@@ -37,18 +37,19 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Row> {
                 .because("draws fetch vertices and indices that were copied; the same barrier serves all buffers"),
         );
     }
+    let written = if uploads.mip_levels { LEVEL_WRITE } else { COPY_WRITE };
     if uploads.textures {
         rows.push(
             barrier(RowName::TEXTURE_TO_COPY, vk::ImageLayout::UNDEFINED, WRITTEN)
                 .from(PassName::OUTSIDE, &[Use::START])
-                .to(PassName::UPLOAD, &[COPY_WRITE])
+                .to(PassName::UPLOAD, &[written])
                 .because("the image is new: there is nothing to wait for, but its layout changes before the write"),
         );
     }
     if uploads.mip_levels {
         rows.push(
             barrier(RowName::LEVEL_TO_BLIT, WRITTEN, BLITTED)
-                .from(PassName::UPLOAD, &[COPY_WRITE])
+                .from(PassName::UPLOAD, &[LEVEL_WRITE])
                 .to(PassName::UPLOAD, &[BLIT_READ])
                 .because("each level of a texture is made from the one above it, which a copy or the last blit wrote"),
         );
@@ -64,7 +65,7 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Row> {
         let sky = if plan.is_lit_by_sky() { prefilter::SKY_READ } else { TEXTURE_READ };
         rows.push(
             barrier(RowName::UPLOAD_TO_TEXTURES, WRITTEN, READABLE)
-                .from(PassName::UPLOAD, &[COPY_WRITE])
+                .from(PassName::UPLOAD, &[written])
                 .to(PassName::DRAWS, &[TEXTURE_READ, sky, looked_up(TEXTURE_READ)])
                 .because("shaders sample the levels that a copy wrote, and the last one that a blit wrote"),
         );
@@ -82,6 +83,7 @@ impl Rows {
             blit: order(RowName::LEVEL_TO_BLIT),
             blitted: order(RowName::BLIT_TO_TEXTURES),
             written: order(RowName::UPLOAD_TO_TEXTURES),
+            layouts: self.layouts,
         }
     }
 }

@@ -21,11 +21,11 @@
 use std::borrow::Cow;
 use std::cmp::Reverse;
 
-use ash::vk::{self, AccessFlags as A, PipelineStageFlags as S};
+use ash::vk::{self, AccessFlags2 as A, PipelineStageFlags2 as S};
 
 use super::presentation::IN_TURN;
 use super::{PassName, Row, RowName, SyncKind, row};
-use crate::frame::list::{Condition, RESOLVE, RenderPassName, SHADOW_PASS, Step};
+use crate::frame::list::{Condition, RESOLVE, RenderPassName, Step};
 use crate::gpu::sync::Use;
 use crate::passes::{Resource, ResourceUse, UseKind, copy, present};
 use crate::plan::{FramePlan, Target};
@@ -158,7 +158,7 @@ pub fn rows(plan: &FramePlan, steps: &[Step]) -> Vec<Wait> {
     // Where a step waits for two subpasses of a render pass, the row of the later subpass comes first: layers before 1.4.322 take the last dependency that leaves the
     // render pass for both.
     drafts.sort_by_key(|draft| (draft.to.stop, !draft.from.is_last_frame, Reverse(draft.from.stop)));
-    drafts.into_iter().map(|draft| draft.finish(&stops)).collect()
+    drafts.into_iter().map(|draft| draft.finish(plan, &stops)).collect()
 }
 
 /// All uses of a resource by passes that only read it, and the first of these; `None` if no pass reads it.
@@ -189,11 +189,11 @@ fn stops<'a>(plan: &FramePlan, steps: &'a [Step]) -> Vec<Stop<'a>> {
                 step,
                 render_pass: Some(*name),
                 touches: Cow::Borrowed(&own.touches),
-                samples: samples(plan, &own.touches),
-                is_occasional: *name == SHADOW_PASS,
+                samples: own.samples(plan),
+                is_occasional: name.draws_maps(),
             })),
             Step::Commands(own) => {
-                let touches = Cow::Owned((own.pass.touches)(plan));
+                let touches = Cow::Owned(own.pass.uses(plan));
                 let is_occasional = own.when != Condition::Always;
                 stops.push(Stop { place: own.pass.place, step, render_pass: None, touches, samples: 1, is_occasional });
             }
@@ -201,15 +201,6 @@ fn stops<'a>(plan: &FramePlan, steps: &'a [Step]) -> Vec<Stop<'a>> {
         }
     }
     stops
-}
-
-/// The samples that a subpass draws of each pixel: its colour and depth attachments have the same number.
-fn samples(plan: &FramePlan, touches: &[ResourceUse]) -> u32 {
-    let drawn = touches.iter().find_map(|touch| match (touch.how, touch.resource) {
-        (UseKind::Color { .. } | UseKind::Depth { .. }, Resource::Target(target)) => Some(plan.samples_of(target)),
-        _ => None,
-    });
-    drawn.unwrap_or(1)
 }
 
 /// Each resource that some stop writes, in the order of the first use.
@@ -332,7 +323,7 @@ fn after_the_passes(plan: &FramePlan, stops: &[Stop], resource: Resource) -> Opt
         layout: if place == PassName::HOST {
             vk::ImageLayout::UNDEFINED
         } else {
-            vk::ImageLayout::TRANSFER_SRC_OPTIMAL
+            plan.layouts.of(vk::ImageLayout::TRANSFER_SRC_OPTIMAL)
         },
         writes: false,
         samples: 1,
@@ -467,7 +458,7 @@ impl Draft {
         }
     }
 
-    fn finish(self, stops: &[Stop]) -> Wait {
+    fn finish(self, plan: &FramePlan, stops: &[Stop]) -> Wait {
         let Self { key, from, before, after, to, reasons, layouts, resources, all_samples } = self;
         let is_after = to.is_after_the_passes;
         let of_image = |resource: Resource| match resource {
@@ -479,7 +470,7 @@ impl Draft {
             | Key::OutOf(run, _)
             | Key::OutOfFrame(run, _)
             | Key::Into(run, _)
-            | Key::Reuse(run, _) => (SyncKind::Subpass(run), None),
+            | Key::Reuse(run, _) => (SyncKind::of_pass(plan, run), None),
             Key::AfterWriter(resource, stop) => {
                 (SyncKind::BufferBarrier, Some(BarrierPosition { step: stops[stop].step, is_after: true, resource }))
             }
@@ -502,7 +493,7 @@ impl Draft {
         };
         let outside = if from.is_last_frame { PassName::OUTSIDE } else { from.place };
         let why = why(&from, &reasons, &resources);
-        let own = row(name, carrier).from(outside, &before).to(to.place, &after).for_all(&reasons);
+        let own = row(name, carrier).from(outside, &before).to(to.place, &after).for_all(&reasons).about(resources);
         let is_between = matches!(key, Key::Between(..));
         Wait { row: own.between(is_between, all_samples).because(why), barrier }
     }

@@ -112,8 +112,8 @@ impl fmt::Display for PartName {
             Side::After => "after.",
         })?;
         match bits.stage.is_empty() {
-            true => write!(f, "{:?}", bits.access),
-            false => write!(f, "{:?}", bits.stage),
+            true => f.write_str(&bits.accesses()),
+            false => f.write_str(&bits.stages()),
         }
     }
 }

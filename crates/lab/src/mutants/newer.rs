@@ -6,7 +6,7 @@
 use super::Mutant;
 use afterlight::frame::rows::Side;
 use afterlight::frame::rows::unreported_mutants::{NEWEST, RowPart};
-use afterlight::gpu::vk::{AccessFlags, PipelineStageFlags};
+use afterlight::gpu::vk::{AccessFlags2, PipelineStageFlags2};
 use afterlight::scene::View;
 
 /// Mutants that newer layers no longer notice, for one reason.
@@ -28,7 +28,7 @@ static HIDDEN: &[Hidden] = &[
     Hidden {
         from: NEWEST,
         is_about: |mutant| {
-            matches!(mutant.part, RowPart::Bits(Side::After, bits) if bits.access == AccessFlags::VERTEX_ATTRIBUTE_READ)
+            matches!(mutant.part, RowPart::Bits(Side::After, bits) if bits.access == AccessFlags2::VERTEX_ATTRIBUTE_READ)
                 && ["upload-to-vertices", "skin-to-readers"].contains(&mutant.row.label)
                 // A view of shadow maps has no other draws.
                 || mutant.row.label == "skin-to-readers" && mutant.case.settings.view == View::ShadowMap
@@ -38,8 +38,8 @@ static HIDDEN: &[Hidden] = &[
     Hidden {
         from: NEWEST,
         is_about: |mutant| {
-            let is_read_before = mutant.row.after.stage.contains(PipelineStageFlags::COMPUTE_SHADER);
-            matches!(mutant.part, RowPart::Bits(Side::After, bits) if bits.stage == PipelineStageFlags::FRAGMENT_SHADER)
+            let is_read_before = mutant.row.after.stage.contains(PipelineStageFlags2::COMPUTE_SHADER);
+            matches!(mutant.part, RowPart::Bits(Side::After, bits) if bits.stage == PipelineStageFlags2::FRAGMENT_SHADER)
                 && mutant.row.label == "upload-to-textures"
                 && is_read_before
         },

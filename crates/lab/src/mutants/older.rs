@@ -4,7 +4,7 @@ use super::Mutant;
 use afterlight::frame::list::RenderPassName;
 use afterlight::frame::rows::unreported_mutants::{LAYER, RowPart};
 use afterlight::frame::rows::{PassName, Row, Side, SyncKind};
-use afterlight::gpu::vk::{AccessFlags, PipelineStageFlags};
+use afterlight::gpu::vk::{AccessFlags2, PipelineStageFlags2};
 
 /// Mutants that an older layer does not notice, for one reason.
 #[derive(Debug)]
@@ -53,7 +53,7 @@ pub static OLDER_LAYERS: &[OlderLayers] = &[
     OlderLayers {
         seen_from: LAYER,
         is_about: |mutant| {
-            let reads = AccessFlags::DEPTH_STENCIL_ATTACHMENT_READ;
+            let reads = AccessFlags2::DEPTH_STENCIL_ATTACHMENT_READ;
             let is_load = matches!(mutant.part, RowPart::Bits(Side::After, bits) if bits.access == reads);
             is_load && enters(&mutant.row) && follows_dispatch(&mutant.row)
         },
@@ -72,13 +72,13 @@ fn enters(row: &Row) -> bool {
 }
 
 fn follows_dispatch(row: &Row) -> bool {
-    row.before.stage == PipelineStageFlags::COMPUTE_SHADER
+    row.before.stage == PipelineStageFlags2::COMPUTE_SHADER
 }
 
 /// Returns true if fragment shaders wait, in a subpass with which a render pass begins. These are the draws whose look-ups the layer follows.
 fn is_sampled_first(mutant: &Mutant, row: &Row) -> bool {
     let begins = |place: &PassName| mutant.rows.of(SyncKind::Subpass(RenderPassName::of(*place))).next().is_some();
-    row.after.stage == PipelineStageFlags::FRAGMENT_SHADER && row.waiting.iter().any(begins)
+    row.after.stage == PipelineStageFlags2::FRAGMENT_SHADER && row.waiting.iter().any(begins)
 }
 
 /// Returns true if the part orders work of another submission, before or after those that the layer looks at.
@@ -100,8 +100,8 @@ fn is_in_another_submission(mutant: &Mutant) -> bool {
 /// nothing orders the change.
 fn changes_after_dispatch(mutant: &Mutant) -> bool {
     let row = &mutant.row;
-    let colours = PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT;
-    let is_of_frames_alone = [colours, PipelineStageFlags::COMPUTE_SHADER].contains(&row.before.stage);
+    let colours = PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT;
+    let is_of_frames_alone = [colours, PipelineStageFlags2::COMPUTE_SHADER].contains(&row.before.stage);
     let entering = || mutant.rows.of(row.carrier).filter(|row| enters(row));
     let waits_for_colours = |other: &Row| other.waiting.contains(&row.to) && other.after.stage.contains(colours);
     row.from == PassName::OUTSIDE

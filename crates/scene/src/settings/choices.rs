@@ -116,6 +116,44 @@ choice! {
 }
 
 choice! {
+    /// The way in which the passes that draw follow each other. The picture is the same.
+    #[derive(Default)]
+    pub enum Passes: "passes" {
+        /// Render passes with subpasses, and dependencies between these.
+        #[default]
+        Subpasses => "subpasses",
+        /// Rendering without render passes, with barriers inside it (VK_KHR_dynamic_rendering_local_read).
+        LocalRead => "local-read",
+        /// A render pass for each subpass: all that a later one reads is stored, and loaded again.
+        Stored => "stored",
+    }
+}
+
+choice! {
+    /// The API of barriers, render passes and submissions. The picture is the same.
+    #[derive(Default)]
+    pub enum SyncApi: "synchronization" {
+        /// That of Vulkan 1.0.
+        #[default]
+        One => "1",
+        /// VK_KHR_synchronization2, with its finer stages and accesses.
+        Two => "2",
+    }
+}
+
+choice! {
+    /// The layouts that images are used in. The picture is the same.
+    #[derive(Default)]
+    pub enum ImageLayouts: "layouts" {
+        /// The layout of each kind of use.
+        #[default]
+        Optimal => "optimal",
+        /// GENERAL for all but presentation (VK_KHR_unified_image_layouts).
+        Unified => "unified",
+    }
+}
+
+choice! {
     /// The way that pixels meet their lights. All give the same picture, at different costs.
     #[derive(Default)]
     pub enum LightPath: "light path" {

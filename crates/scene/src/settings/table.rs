@@ -14,7 +14,8 @@ pub use fog::Fog;
 pub use reflections::Reflections;
 
 use super::choices::{
-    Culling, HdrFormat, LightPath, MSAA, Output, Resolve, ShadowFilter, Tonemap, Transparency, choice,
+    Culling, HdrFormat, ImageLayouts, LightPath, MSAA, Output, Passes, Resolve, ShadowFilter, SyncApi, Tonemap, Transparency,
+    choice,
 };
 use super::gbuffer::GbufferChoice;
 use super::setting::{Setting, SettingValue, SweepMode, ValueKind};
@@ -288,6 +289,20 @@ settings! {
         /// Cull opaque objects on the CPU or on the device (gpu); the picture is the same
         "culling", "culling" => culling: Culling = Culling::Auto, {
             title: "culling", in_panel: false, sweep: SweepMode::Alone, cheaper: &["gpu", "cpu"],
+        }
+        /// Draw in render passes with subpasses, in rendering whose draws read attachments locally (local-read), or in a render pass for each subpass
+        /// (stored); the picture is the same
+        "passes", "passes" => passes: Passes = Passes::Subpasses, {
+            title: "passes", in_panel: false, sweep: SweepMode::Alone, cheaper: &["stored", "local-read"],
+        }
+        /// Record barriers, render passes and submissions by the API of Vulkan 1.0, or by VK_KHR_synchronization2 (2), with its finer stages; the
+        /// picture is the same
+        "sync", "sync" => sync: SyncApi = SyncApi::One, {
+            title: "synchronization", in_panel: false, sweep: SweepMode::Alone, cheaper: &["2"],
+        }
+        /// Use images in the layout of each kind of use, or in GENERAL alone (unified); the picture is the same
+        "layouts", "layouts" => layouts: ImageLayouts = ImageLayouts::Optimal, {
+            title: "layouts", in_panel: false, sweep: SweepMode::Alone, cheaper: &["unified"],
         }
         /// Draw levels of detail: meshes of fewer triangles, off by at most this many pixels; 0 draws the meshes in full
         "lod", "lod" => lod: f32 = 0.0, {

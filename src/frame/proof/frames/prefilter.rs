@@ -14,7 +14,7 @@ impl FrameModelBuilder<'_> {
             return;
         }
         self.image_barrier(RowName::SKY_LIGHT_TO_PREFILTER, Memory::of(Resource::SkyLight));
-        let sky = (TEXTURE, L::SHADER_READ_ONLY_OPTIMAL, prefilter::SKY_READ);
+        let sky = (TEXTURE, self.plan.layouts.of(L::SHADER_READ_ONLY_OPTIMAL), prefilter::SKY_READ);
         self.program
             .command(PassName::PREFILTER, &[sky, (Memory::of(Resource::SkyLight), L::GENERAL, prefilter::LIGHT_WRITE)]);
         self.image_barrier(RowName::PREFILTER_TO_LIGHTING, Memory::of(Resource::SkyLight));

@@ -13,7 +13,7 @@ fn dependencies_are_the_rows_of_the_table() {
             let inside = |index| index <= last || index == vk::SUBPASS_EXTERNAL;
             assert!(inside(from) && inside(to) && from != to, "{name}: {from} to {to}");
             assert!(from < to || from == vk::SUBPASS_EXTERNAL, "{name}: {from} to {to}");
-            assert!(row.before.stage != vk::PipelineStageFlags::empty(), "{name}");
+            assert!(row.before.stage != vk::PipelineStageFlags2::empty(), "{name}");
         }
         let shadow = dependencies(&plan, SHADOW_PASS);
         assert_eq!(shadow.is_empty(), plan.shadow.is_none(), "{name}");

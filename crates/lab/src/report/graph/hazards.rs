@@ -3,8 +3,6 @@
 //!
 //! [`proof`](afterlight::frame::proof) finds the hazards of frames from which the row is left out.
 
-use std::fmt::Debug;
-
 use super::svg::{Font, Rect, Svg, TextAnchor, wrap};
 use afterlight::frame::proof::{Clash, End, FrameModel, HazardKind, clashes};
 use afterlight::frame::rows::{Row, Rows};
@@ -150,12 +148,11 @@ fn end(end: &End) -> StyledLines {
 
 /// Stages, and on lines of their own accesses.
 fn masks(uses: Use) -> StyledLines {
-    let lines = |class: &'static str, flags: &dyn Debug| -> StyledLines {
-        let text = format!("{flags:?}");
+    let lines = |class: &'static str, text: String| -> StyledLines {
         let lines = wrap(Font::Code, &text, BOX - 2.0 * PADDING).into_iter().filter(|line| !line.is_empty());
         lines.map(|line| (class, line)).collect()
     };
-    [lines("", &uses.stage), lines("faint", &uses.access)].concat()
+    [lines("", uses.stages()), lines("faint", uses.accesses())].concat()
 }
 
 /// Width between two boxes, less the room around arrows.

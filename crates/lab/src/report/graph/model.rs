@@ -158,7 +158,7 @@ impl Graph {
             add(reference.attachment, "resolve".into(), true);
         }
         if let Some(depth) = subpass.depth {
-            let writes = depth.layout == vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL;
+            let writes = subpass.touches.iter().any(|own| matches!(own.how, UseKind::Depth { .. }) && own.writes());
             add(depth.attachment, if writes { "test, write" } else { "test" }.into(), writes);
         }
         for &attachment in &subpass.preserve {
@@ -175,7 +175,7 @@ impl Graph {
                 Step::RenderPass(_, subpasses) => {
                     all.extend(subpasses.iter().map(|own| (own.place, own.touches.clone())));
                 }
-                Step::Commands(own) => all.push((own.pass.place, (own.pass.touches)(plan))),
+                Step::Commands(own) => all.push((own.pass.place, own.pass.uses(plan))),
                 Step::Presentation => {}
             }
         }

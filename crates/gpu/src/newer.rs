@@ -1,0 +1,92 @@
+//! The parts of newer Vulkan that `ash` does not know yet: VK_KHR_unified_image_layouts, and the properties of Vulkan 1.4.
+
+use std::ffi::{CStr, c_void};
+use std::marker::PhantomData;
+
+use ash::vk;
+
+/// Vulkan 1.4, without its patches.
+pub const API_VERSION_1_4: u32 = vk::make_api_version(0, 1, 4, 0);
+
+/// The name of the extension of unified layouts.
+pub const UNIFIED_LAYOUTS: &CStr = c"VK_KHR_unified_image_layouts";
+
+/// `VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_UNIFIED_IMAGE_LAYOUTS_FEATURES_KHR`.
+const UNIFIED_LAYOUTS_FEATURES: i32 = 1_000_527_000;
+
+/// `VkPhysicalDeviceUnifiedImageLayoutsFeaturesKHR`.
+#[repr(C)]
+pub struct UnifiedLayoutsFeatures<'a> {
+    s_type: vk::StructureType,
+    p_next: *mut c_void,
+    /// Images may stay in GENERAL without a loss.
+    pub unified_image_layouts: vk::Bool32,
+    /// And those of video codecs.
+    unified_image_layouts_video: vk::Bool32,
+    marker: PhantomData<&'a ()>,
+}
+
+impl UnifiedLayoutsFeatures<'_> {
+    /// The structure, asking for the feature of images or for nothing.
+    pub fn new(unified_image_layouts: bool) -> Self {
+        Self {
+            s_type: vk::StructureType::from_raw(UNIFIED_LAYOUTS_FEATURES),
+            p_next: std::ptr::null_mut(),
+            unified_image_layouts: unified_image_layouts.into(),
+            unified_image_layouts_video: vk::FALSE,
+            marker: PhantomData,
+        }
+    }
+}
+
+// SAFETY: the specification lets the structure extend both, and it begins as all of Vulkan's do.
+unsafe impl vk::ExtendsPhysicalDeviceFeatures2 for UnifiedLayoutsFeatures<'_> {}
+// SAFETY: as above.
+unsafe impl vk::ExtendsDeviceCreateInfo for UnifiedLayoutsFeatures<'_> {}
+
+/// `VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_4_PROPERTIES`.
+const VULKAN_1_4_PROPERTIES: i32 = 56;
+
+/// `VkPhysicalDeviceVulkan14Properties`, of which two fields count here.
+#[repr(C)]
+pub struct Vulkan14Properties<'a> {
+    s_type: vk::StructureType,
+    p_next: *mut c_void,
+    before: [u32; 4],
+    /// Depth can be read by local read.
+    pub local_read_depth: vk::Bool32,
+    /// Attachments of several samples can.
+    pub local_read_samples: vk::Bool32,
+    between: [u32; 13],
+    copy_src_layout_count: u32,
+    copy_src_layouts: *mut vk::ImageLayout,
+    copy_dst_layout_count: u32,
+    copy_dst_layouts: *mut vk::ImageLayout,
+    optimal_tiling_layout_uuid: [u8; vk::UUID_SIZE],
+    identical_memory_type_requirements: vk::Bool32,
+    marker: PhantomData<&'a ()>,
+}
+
+impl Default for Vulkan14Properties<'_> {
+    fn default() -> Self {
+        Self {
+            s_type: vk::StructureType::from_raw(VULKAN_1_4_PROPERTIES),
+            p_next: std::ptr::null_mut(),
+            before: [0; 4],
+            local_read_depth: vk::FALSE,
+            local_read_samples: vk::FALSE,
+            between: [0; 13],
+            copy_src_layout_count: 0,
+            // No room: drivers return the number of layouts alone.
+            copy_src_layouts: std::ptr::null_mut(),
+            copy_dst_layout_count: 0,
+            copy_dst_layouts: std::ptr::null_mut(),
+            optimal_tiling_layout_uuid: [0; vk::UUID_SIZE],
+            identical_memory_type_requirements: vk::FALSE,
+            marker: PhantomData,
+        }
+    }
+}
+
+// SAFETY: the specification lets the structure extend these properties, and it begins as all of Vulkan's do.
+unsafe impl vk::ExtendsPhysicalDeviceProperties2 for Vulkan14Properties<'_> {}

@@ -1,0 +1,270 @@
+//! Rendering without render passes: the same subpasses and rows by `vkCmdBeginRendering`, with local read
+//! (VK_KHR_dynamic_rendering_local_read).
+//!
+//! A render pass takes its rows as dependencies. Here they are pipeline barriers: those between two subpasses stand inside the rendering, between the draws of the
+//! two, and are by region; those from outside stand before it, and those to outside after it. What a render pass does by itself in between, they do as well: they change the layouts of its
+//! attachments, each by the row that is about it.
+
+use ash::vk;
+
+use super::list::Subpass;
+use super::render_pass::{PassDescription, SubpassAttachments};
+use super::rows::Row;
+use crate::gpu::barrier::{self, ImageRange};
+use crate::gpu::sync::{Dependency, Use};
+use crate::gpu::{Device, RenderingPlace};
+use crate::passes::Resource;
+
+/// A render pass of the list without an object of Vulkan's.
+pub struct Rendering {
+    description: PassDescription,
+    /// The draws of each subpass.
+    pub places: Vec<RenderingPlace>,
+    /// The indices of the colour attachments among all, or gaps, in the places that [`in_places`] finds.
+    colors: Vec<Option<usize>>,
+    depth: Option<usize>,
+    /// Two attachments: the samples of the first are resolved into the second.
+    resolve: Option<(usize, usize)>,
+}
+
+/// An attachment's image in one frame.
+#[derive(Clone, Copy)]
+pub struct Rendered {
+    pub image: ImageRange,
+    pub view: vk::ImageView,
+}
+
+impl Rendering {
+    pub fn new(description: PassDescription) -> Self {
+        let all = || description.subpasses.iter();
+        let is_depth = |index: usize| description.attachments[index].1.format == vk::Format::D32_SFLOAT;
+        let is_resolved_into = |index: usize| all().any(|own| names(&own.resolve, index));
+        let indices = || 0..description.attachments.len();
+        let is_color = |&index: &usize| !is_depth(index) && !is_resolved_into(index);
+        let colors = in_places(&description, indices().filter(is_color));
+        let depth = indices().find(|&index| is_depth(index));
+        let resolve = all().find_map(|own| {
+            let (from, into) = (own.color.first()?, own.resolve.first()?);
+            Some((from.attachment as usize, into.attachment as usize))
+        });
+        let places = all().map(|own| place(&description, own, &colors, depth)).collect();
+        Self { places, colors, depth, resolve, description }
+    }
+
+    /// Records all of it: barriers, and `draw` for each subpass between them. Images and clear values are those of the attachments in their order.
+    pub fn record(
+        &self,
+        (device, cmd): (&Device, vk::CommandBuffer),
+        (images, clears): (&[Rendered], &[vk::ClearValue]),
+        area: vk::Rect2D,
+        subpasses: &[Subpass],
+        mut draw: impl FnMut(&Subpass),
+    ) {
+        let target = (device, cmd);
+        self.enter(target, images);
+        let attachment = |index: usize| {
+            let (_, own) = self.description.attachments[index];
+            let info = vk::RenderingAttachmentInfo::default()
+                .image_view(images[index].view)
+                .image_layout(self.layout(index))
+                .load_op(own.load_op)
+                .store_op(own.store_op)
+                .clear_value(clears.get(index).copied().unwrap_or_default());
+            match self.resolve.filter(|&(from, _)| from == index) {
+                Some((_, into)) => info
+                    .resolve_mode(vk::ResolveModeFlags::AVERAGE)
+                    .resolve_image_view(images[into].view)
+                    .resolve_image_layout(self.layout(into)),
+                None => info,
+            }
+        };
+        let gap = vk::RenderingAttachmentInfo::default();
+        let colors: Vec<_> = self.colors.iter().map(|index| index.map_or(gap, attachment)).collect();
+        let depth = self.depth.map(attachment);
+        let mut info =
+            vk::RenderingInfo::default().render_area(area).layer_count(1).color_attachments(&colors);
+        if let Some(depth) = &depth {
+            info = info.depth_attachment(depth);
+        }
+        // SAFETY: `cmd` is being recorded outside a render pass, and the images are in these layouts: barriers above, or the uses before, have left them so.
+        unsafe { device.raw.cmd_begin_rendering(cmd, &info) };
+        for ((index, subpass), place) in (0..).zip(subpasses).zip(&self.places) {
+            for row in self.rows(|ends| ends[1] == index && ends[0] != vk::SUBPASS_EXTERNAL) {
+                barrier::local_barrier(device, cmd, row.order());
+            }
+            // SAFETY: inside of rendering with as many colour attachments.
+            unsafe {
+                device.raw.cmd_set_rendering_attachment_locations(cmd, &place.location_info());
+                device.raw.cmd_set_rendering_input_attachment_indices(cmd, &place.input_info());
+            }
+            draw(subpass);
+        }
+        // SAFETY: begun above, and every draw is recorded.
+        unsafe { device.raw.cmd_end_rendering(cmd) };
+        self.leave(target, images);
+    }
+
+    fn rows(&self, are: impl Fn([u32; 2]) -> bool) -> impl Iterator<Item = &Row> {
+        self.description.dependencies.iter().filter(move |(_, ends)| are(*ends)).map(|(row, _)| row)
+    }
+
+    /// The layout of an attachment during the rendering.
+    fn layout(&self, index: usize) -> vk::ImageLayout {
+        let all = self.description.subpasses.iter();
+        all.flat_map(SubpassAttachments::references)
+            .find(|own| own.attachment as usize == index)
+            .map_or(vk::ImageLayout::UNDEFINED, |own| own.layout)
+    }
+
+    /// The barriers before the rendering.
+    fn enter(&self, (device, cmd): (&Device, vk::CommandBuffer), images: &[Rendered]) {
+        let change = |index: usize| [self.description.attachments[index].1.initial_layout, self.layout(index)];
+        let changes = self.description.changes_at_the_start();
+        self.carry_out((device, cmd), images, &changes, change);
+    }
+
+    /// The barriers after it.
+    fn leave(&self, (device, cmd): (&Device, vk::CommandBuffer), images: &[Rendered]) {
+        let change = |index: usize| [self.layout(index), self.description.attachments[index].1.final_layout];
+        let changes = self.description.changes_at_the_end();
+        self.carry_out((device, cmd), images, &changes, change);
+    }
+
+    fn carry_out(
+        &self,
+        (device, cmd): (&Device, vk::CommandBuffer),
+        images: &[Rendered],
+        barriers: &[AroundRendering],
+        change: impl Fn(usize) -> [vk::ImageLayout; 2],
+    ) {
+        for around in barriers {
+            // A layout changes without a row only where an experiment has dropped that: then nothing orders the change.
+            let order = around.row.as_ref().map_or(Dependency::between(Use::START, Use::END), Row::order);
+            let changed: Vec<_> = around.changed.iter().map(|&index| (images[index].image, change(index))).collect();
+            barrier::image_barriers(device, cmd, &changed, order);
+            if around.orders_more {
+                barrier::memory_barrier(device, cmd, order);
+            }
+        }
+    }
+}
+
+/// The barriers before or after rendering that carry out one row.
+#[derive(Debug, Clone)]
+pub struct AroundRendering {
+    /// None for changes of layouts that no row orders.
+    pub row: Option<Row>,
+    /// The indices of the attachments whose layouts change by it.
+    pub changed: Vec<usize>,
+    /// It also orders uses of something whose layout stays.
+    pub orders_more: bool,
+}
+
+impl PassDescription {
+    /// The barriers before the rendering, in their order.
+    pub fn changes_at_the_start(&self) -> Vec<AroundRendering> {
+        let first = |index: usize| self.users(index).next();
+        self.around(|ends| ends[0] == vk::SUBPASS_EXTERNAL, |ends, index| first(index) == Some(ends[1]), |index| {
+            let own = self.layout_at(first(index), index);
+            own.is_some_and(|layout| layout != self.attachments[index].1.initial_layout)
+        })
+    }
+
+    /// The barriers after it.
+    pub fn changes_at_the_end(&self) -> Vec<AroundRendering> {
+        let last = |index: usize| self.users(index).last();
+        self.around(|ends| ends[1] == vk::SUBPASS_EXTERNAL, |ends, index| last(index) == Some(ends[0]), |index| {
+            let own = self.layout_at(last(index), index);
+            own.is_some_and(|layout| layout != self.attachments[index].1.final_layout)
+        })
+    }
+
+    /// The subpasses that use an attachment.
+    fn users(&self, index: usize) -> impl Iterator<Item = u32> {
+        let uses = move |own: &SubpassAttachments| names_any(own, index);
+        (0..).zip(&self.subpasses).filter(move |(_, own)| uses(own)).map(|(subpass, _)| subpass)
+    }
+
+    fn layout_at(&self, subpass: Option<u32>, index: usize) -> Option<vk::ImageLayout> {
+        let own = self.subpasses.get(subpass? as usize)?;
+        own.references().find(|own| own.attachment as usize == index).map(|own| own.layout)
+    }
+
+    /// Each row that `is_here` goes with the attachments that change their layout there: a row is about an attachment if it names it, and `is_of` the subpass that uses it first or last.
+    fn around(
+        &self,
+        is_here: impl Fn([u32; 2]) -> bool,
+        is_of: impl Fn([u32; 2], usize) -> bool,
+        changes: impl Fn(usize) -> bool,
+    ) -> Vec<AroundRendering> {
+        let mut left: Vec<usize> = (0..self.attachments.len()).filter(|&index| changes(index)).collect();
+        let mut all: Vec<AroundRendering> = Vec::new();
+        for (row, ends) in self.dependencies.iter().filter(|(_, ends)| is_here(*ends)) {
+            let is_about =
+                |index: &usize| is_of(*ends, *index) && row.resources.contains(&self.attachments[*index].0);
+            let changed: Vec<usize> = left.iter().copied().filter(is_about).collect();
+            left.retain(|index| !changed.contains(index));
+            let is_changed = |resource: &Resource| changed.iter().any(|&index| self.attachments[index].0 == *resource);
+            let orders_more = !row.resources.iter().all(is_changed);
+            all.push(AroundRendering { row: Some(row.clone()), changed, orders_more });
+        }
+        if !left.is_empty() {
+            all.push(AroundRendering { row: None, changed: left, orders_more: false });
+        }
+        all
+    }
+}
+
+fn names(references: &[vk::AttachmentReference], index: usize) -> bool {
+    references.iter().any(|own| own.attachment as usize == index)
+}
+
+fn names_any(subpass: &SubpassAttachments, index: usize) -> bool {
+    subpass.references().any(|own| own.attachment as usize == index)
+}
+
+/// Puts each colour attachment of the first subpass at its location, and the others where there is room, with as many attachments as there are locations and input
+/// indices. Vulkan asks for none of that. But lavapipe of Mesa 25.0 drops what a shader writes to a location that is no index of an attachment, whatever the
+/// location is mapped to; and layer 1.4.309 warns where the attachment of that index is a gap.
+fn in_places(description: &PassDescription, colors: impl Iterator<Item = usize>) -> Vec<Option<usize>> {
+    let all = &description.subpasses;
+    let most = all.iter().map(|own| own.color.len().max(own.input.len())).max().unwrap_or(0);
+    let mut placed: Vec<Option<usize>> = vec![None; most];
+    let first = all.first().map_or(&[][..], |own| &own.color);
+    for (location, own) in first.iter().enumerate().filter(|(_, own)| own.attachment != vk::ATTACHMENT_UNUSED) {
+        placed[location] = Some(own.attachment as usize);
+    }
+    for color in colors {
+        if !placed.contains(&Some(color)) {
+            match placed.iter_mut().find(|place| place.is_none()) {
+                Some(place) => *place = Some(color),
+                None => placed.push(Some(color)),
+            }
+        }
+    }
+    placed
+}
+
+/// The attachments as the draws of one subpass use them.
+fn place(
+    description: &PassDescription,
+    subpass: &SubpassAttachments,
+    colors: &[Option<usize>],
+    depth: Option<usize>,
+) -> RenderingPlace {
+    let format = |index: usize| description.attachments[index].1.format;
+    let position = |references: &[vk::AttachmentReference], index: usize| {
+        let found = references.iter().position(|own| own.attachment as usize == index);
+        found.map_or(vk::ATTACHMENT_UNUSED, |position| position as u32)
+    };
+    let of_each = |references: &[vk::AttachmentReference]| {
+        colors.iter().map(|index| index.map_or(vk::ATTACHMENT_UNUSED, |index| position(references, index))).collect()
+    };
+    RenderingPlace {
+        colors: colors.iter().map(|index| index.map_or(vk::Format::UNDEFINED, format)).collect(),
+        locations: of_each(&subpass.color),
+        inputs: of_each(&subpass.input),
+        depth: depth.map(format),
+        depth_input: depth.map_or(vk::ATTACHMENT_UNUSED, |index| position(&subpass.input, index)),
+    }
+}

@@ -1,0 +1,48 @@
+//! The ways in which Vulkan carries a frame's passes: render passes or rendering, the API of barriers, the layouts of images. The picture is the same.
+
+use super::{Capabilities, FramePlan, PlanError, Refusal};
+use crate::gpu::sync::{Layouts, SyncVersion};
+use crate::scene::{ImageLayouts, Passes, Settings, SyncApi};
+
+/// Colour attachments of one `vkCmdBeginRendering`: as many as Vulkan 1.4 promises.
+pub(crate) const RENDERED_COLORS: u32 = 8;
+
+pub(super) fn layouts(settings: &Settings) -> Layouts {
+    match settings.layouts {
+        ImageLayouts::Optimal => Layouts::Optimal,
+        ImageLayouts::Unified => Layouts::Unified,
+    }
+}
+
+/// # Errors
+/// When the device lacks what is asked for.
+pub(super) fn sync(settings: &Settings, device: &Capabilities) -> Result<SyncVersion, PlanError> {
+    match settings.sync {
+        SyncApi::One => Ok(SyncVersion::One),
+        SyncApi::Two if device.synchronization2 => Ok(SyncVersion::Two),
+        SyncApi::Two => {
+            let why = "it needs VK_KHR_synchronization2 and VK_KHR_create_renderpass2, and this device does not have both: ask for --sync 1";
+            Err(Refusal::of("--sync 2", why))
+        }
+    }
+}
+
+/// Refuses local read on devices without it. What the frame's draws read, their list knows (`src/frame/list/local_read.rs`).
+pub(super) fn check_passes(plan: &FramePlan, device: &Capabilities) -> Result<(), PlanError> {
+    if plan.passes != Passes::LocalRead {
+        return Ok(());
+    }
+    let refuse = |why: &str| Err(Refusal::of("--passes local-read", format!("{why}: ask for --passes subpasses")));
+    if !device.local_read {
+        return refuse(
+            "it needs VK_KHR_dynamic_rendering_local_read, and blend states that differ from attachment to attachment (independentBlend), and this device does not have both",
+        );
+    }
+    if device.max_color_attachments < RENDERED_COLORS {
+        let most = device.max_color_attachments;
+        return refuse(&format!(
+            "it draws with up to {RENDERED_COLORS} colour attachments at once, and this device has {most}"
+        ));
+    }
+    Ok(())
+}
