@@ -15,9 +15,9 @@ use afterlight::frame::{Pixels, Renderer};
 use afterlight::gpu::barrier::memory_barrier;
 use afterlight::gpu::sync::{Dependency, Use};
 use afterlight::gpu::{
-    Buffer, CommandBuffer, DepthState, Device, DeviceChoice, Framebuffer, GraphicsPipeline, GraphicsPipelineDesc, PipelinePlace,
-    Image, ImageDesc, Instance, InstanceOptions, Location, MemoryKind, MessageKind, Owned, RenderPass, ShaderStage,
-    SubpassDesc, SubpassOrder, UploadOrder, Uploader, Validation, framebuffer, pipeline_layout, vk,
+    Buffer, CommandBuffer, DepthState, Device, DeviceChoice, Framebuffer, GraphicsPipeline, GraphicsPipelineDesc,
+    Image, ImageDesc, Instance, InstanceOptions, Location, MemoryKind, MessageKind, Owned, PipelinePlace, RenderPass,
+    ShaderStage, SubpassDesc, SubpassOrder, UploadOrder, Uploader, Validation, framebuffer, pipeline_layout, vk,
 };
 use afterlight::passes::copy;
 use afterlight::scene::{

@@ -145,7 +145,7 @@ enum Planned {
 /// does a subpass that samples what it draws.
 pub(super) fn steps(plan: &FramePlan) -> Vec<Step> {
     let mut planned: Vec<Planned> = ORDER.iter().filter_map(|line| line.planned(plan)).collect();
-    resolve_samples(&mut planned);
+    resolve_samples(plan, &mut planned);
     let mut steps: Vec<Step> = Vec::new();
     let mut is_open = false;
     let alone = |subpass: Subpass| Step::RenderPass(RenderPassName(subpass.place), vec![subpass]);
@@ -216,7 +216,7 @@ impl OrderEntry {
 }
 
 /// The hardware resolves samples after the last subpass that draws them.
-fn resolve_samples(planned: &mut [Planned]) {
+fn resolve_samples(plan: &FramePlan, planned: &mut [Planned]) {
     let draws = |own: &ResourceUse| {
         matches!(own.how, UseKind::Color { .. }) && own.resource == Resource::Target(Target::Samples)
     };
@@ -225,7 +225,8 @@ fn resolve_samples(planned: &mut [Planned]) {
         _ => None,
     });
     if let Some(last) = last {
-        last.touches.push(ResourceUse::resolve(Target::Output, RESOLVE).because("resolves samples into the picture"));
+        let touch = ResourceUse::resolve(Target::Output, RESOLVE).because("resolves samples into the picture");
+        last.touches.push(touch.in_frames_of(plan));
     }
 }
 
@@ -352,7 +353,7 @@ impl Step {
             Self::RenderPass(_, subpasses) => subpasses.iter().flat_map(|own| own.touches.iter().copied()).collect(),
             Self::Commands(own) => own.pass.uses(plan),
             Self::Presentation => {
-                vec![ResourceUse::new(shown(plan), UseKind::Presented, Use::END)]
+                vec![ResourceUse::new(shown(plan), UseKind::Presented, Use::END).in_frames_of(plan)]
             }
         }
     }

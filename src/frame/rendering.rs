@@ -81,8 +81,7 @@ impl Rendering {
         let gap = vk::RenderingAttachmentInfo::default();
         let colors: Vec<_> = self.colors.iter().map(|index| index.map_or(gap, attachment)).collect();
         let depth = self.depth.map(attachment);
-        let mut info =
-            vk::RenderingInfo::default().render_area(area).layer_count(1).color_attachments(&colors);
+        let mut info = vk::RenderingInfo::default().render_area(area).layer_count(1).color_attachments(&colors);
         if let Some(depth) = &depth {
             info = info.depth_attachment(depth);
         }
@@ -164,19 +163,27 @@ impl PassDescription {
     /// The barriers before the rendering, in their order.
     pub fn changes_at_the_start(&self) -> Vec<AroundRendering> {
         let first = |index: usize| self.users(index).next();
-        self.around(|ends| ends[0] == vk::SUBPASS_EXTERNAL, |ends, index| first(index) == Some(ends[1]), |index| {
-            let own = self.layout_at(first(index), index);
-            own.is_some_and(|layout| layout != self.attachments[index].1.initial_layout)
-        })
+        self.around(
+            |ends| ends[0] == vk::SUBPASS_EXTERNAL,
+            |ends, index| first(index) == Some(ends[1]),
+            |index| {
+                let own = self.layout_at(first(index), index);
+                own.is_some_and(|layout| layout != self.attachments[index].1.initial_layout)
+            },
+        )
     }
 
     /// The barriers after it.
     pub fn changes_at_the_end(&self) -> Vec<AroundRendering> {
         let last = |index: usize| self.users(index).last();
-        self.around(|ends| ends[1] == vk::SUBPASS_EXTERNAL, |ends, index| last(index) == Some(ends[0]), |index| {
-            let own = self.layout_at(last(index), index);
-            own.is_some_and(|layout| layout != self.attachments[index].1.final_layout)
-        })
+        self.around(
+            |ends| ends[1] == vk::SUBPASS_EXTERNAL,
+            |ends, index| last(index) == Some(ends[0]),
+            |index| {
+                let own = self.layout_at(last(index), index);
+                own.is_some_and(|layout| layout != self.attachments[index].1.final_layout)
+            },
+        )
     }
 
     /// The subpasses that use an attachment.
@@ -200,8 +207,7 @@ impl PassDescription {
         let mut left: Vec<usize> = (0..self.attachments.len()).filter(|&index| changes(index)).collect();
         let mut all: Vec<AroundRendering> = Vec::new();
         for (row, ends) in self.dependencies.iter().filter(|(_, ends)| is_here(*ends)) {
-            let is_about =
-                |index: &usize| is_of(*ends, *index) && row.resources.contains(&self.attachments[*index].0);
+            let is_about = |index: &usize| is_of(*ends, *index) && row.resources.contains(&self.attachments[*index].0);
             let changed: Vec<usize> = left.iter().copied().filter(is_about).collect();
             left.retain(|index| !changed.contains(index));
             let is_changed = |resource: &Resource| changed.iter().any(|&index| self.attachments[index].0 == *resource);

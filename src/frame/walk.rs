@@ -132,7 +132,14 @@ impl Frame {
         let steps = &self.render_passes.list.0;
         for (index, step) in steps.iter().enumerate() {
             match step {
-                Step::RenderPass(name, subpasses) if name.draws_maps() => self.maps(frame, (*name, subpasses), times),
+                // All render passes of a map come one after the other, with the first of them.
+                Step::RenderPass(name, _) if name.draws_maps() => {
+                    let of_maps: Vec<_> =
+                        self.render_passes.list.render_passes().filter(|(own, _)| own.draws_maps()).collect();
+                    if of_maps[0].0 == *name {
+                        self.maps(frame, &of_maps, times);
+                    }
+                }
                 Step::RenderPass(name, subpasses) => self.render_pass(frame, (*name, subpasses), times),
                 Step::Commands(own) if own.pass.make.is_some() => {
                     // A pass of several steps stands twice, and the second time is about all steps but the first.
@@ -161,22 +168,24 @@ impl Frame {
         self.subpasses(frame, (begin, subpasses), times);
     }
 
-    /// The render pass of shadow maps: once for each map that the frame draws anew, all of them with one time, and in a label that is there if no map is drawn.
+    /// The render passes of shadow maps: once for each map that the frame draws anew, all of them with one time, and in a label that is there if no map is drawn.
     fn maps(
         &self,
         frame: &FrameContext,
-        (name, subpasses): (RenderPassName, &[Subpass]),
+        render_passes: &[(RenderPassName, &[Subpass])],
         times: &mut Option<Timestamps>,
     ) {
-        let passes = || subpasses.iter().flat_map(|own| &own.passes);
+        let passes = || render_passes.iter().flat_map(|(_, subpasses)| *subpasses).flat_map(|own| &own.passes);
         let (Some(named), Some(last)) = (passes().next(), passes().last()) else { return };
         frame.begin(named);
         let mut first = 0;
         for draw in frame.stale_maps {
             let Some(view) = &frame.visible.shadows[draw.map] else { continue };
             let map = MapRecording::of(frame.world, draw, view, first);
-            if let Some(begin) = self.render_passes.begin_map(name, &map) {
-                self.subpasses(&FrameContext { map: Some(map), ..*frame }, (begin, subpasses), &mut None);
+            for &(name, subpasses) in render_passes {
+                if let Some(begin) = self.render_passes.begin_map(name, &map) {
+                    self.subpasses(&FrameContext { map: Some(map), ..*frame }, (begin, subpasses), &mut None);
+                }
             }
             first += draw.casters.len() as u32;
         }

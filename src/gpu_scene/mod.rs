@@ -46,7 +46,8 @@ use crate::scene::{Mesh, Scene};
 use crate::visible::{cone_mesh, sphere_mesh};
 
 /// Fetches a vertex.
-pub const VERTEX_READ: Use = Use::new(vk::PipelineStageFlags2::VERTEX_ATTRIBUTE_INPUT, vk::AccessFlags2::VERTEX_ATTRIBUTE_READ);
+pub const VERTEX_READ: Use =
+    Use::new(vk::PipelineStageFlags2::VERTEX_ATTRIBUTE_INPUT, vk::AccessFlags2::VERTEX_ATTRIBUTE_READ);
 /// Fetches an index.
 pub const INDEX_READ: Use = Use::new(vk::PipelineStageFlags2::INDEX_INPUT, vk::AccessFlags2::INDEX_READ);
 /// Samples a material's texture, in whichever pass.

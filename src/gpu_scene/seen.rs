@@ -17,9 +17,12 @@ use crate::shaders::shared::seen as wgsl;
 use crate::visible::{Visible, World, WorldObject};
 
 /// Looks up vertices, indices and textures.
-pub const LOOK_UP: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::from_raw(
-    vk::AccessFlags2::SHADER_SAMPLED_READ.as_raw() | vk::AccessFlags2::SHADER_STORAGE_READ.as_raw(),
-));
+pub const LOOK_UP: Use = Use::new(
+    vk::PipelineStageFlags2::COMPUTE_SHADER,
+    vk::AccessFlags2::from_raw(
+        vk::AccessFlags2::SHADER_SAMPLED_READ.as_raw() | vk::AccessFlags2::SHADER_STORAGE_READ.as_raw(),
+    ),
+);
 
 /// Bindings of `shaders/shared/seen.wgsl`.
 const INSTANCES: u32 = 0;

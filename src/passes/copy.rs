@@ -5,7 +5,10 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::{Pass, PassName, Presence, Resource, ResourceUse, UseKind, shown};
-use crate::gpu::{self, Buffer, Device, Location, MemoryKind, sync::{Layouts, Use}};
+use crate::gpu::{
+    self, Buffer, Device, Location, MemoryKind,
+    sync::{Layouts, Use},
+};
 use crate::plan::FramePlan;
 
 /// Reads the output.

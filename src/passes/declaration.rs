@@ -351,7 +351,7 @@ impl ResourceUse {
     }
 
     /// The same in frames of a plan: with its layouts, and with the masks of its API.
-    fn in_frames_of(self, plan: &FramePlan) -> Self {
+    pub(crate) fn in_frames_of(self, plan: &FramePlan) -> Self {
         let uses = match plan.sync {
             SyncVersion::One => self.uses.coarse(),
             SyncVersion::Two => self.uses.of_shaders(matches!(self.how, UseKind::Sampled { .. })),

@@ -10,7 +10,10 @@ use super::{
     COLOR_WRITE, ContentsIfFirst, NO_WINDOW, Pass, PassName, Presence, Resource, ResourceUse, SAMPLED, Slot, UseKind,
     needed, shown,
 };
-use crate::gpu::{self, DescriptorPool, Device, SetLayout, SetWriter, binding, sync::{Layouts, Use}};
+use crate::gpu::{
+    self, DescriptorPool, Device, SetLayout, SetWriter, binding,
+    sync::{Layouts, Use},
+};
 use crate::plan::{PresentTarget, Transfer};
 use crate::shaders::encode::{self as shader, Flags, constants, host};
 

@@ -11,12 +11,13 @@ use bytemuck::{Pod, Zeroable};
 
 use super::screen::{WindowPass, over, sampled_bindings, sampled_set, stages};
 use super::{
-    COLOR_BLEND, ContentsIfFirst, NO_WINDOW, Pass, PassName, Presence, Resource, ResourceUse, SAMPLED, Slot, UseKind, needed,
-    shown,
+    COLOR_BLEND, ContentsIfFirst, NO_WINDOW, Pass, PassName, Presence, Resource, ResourceUse, SAMPLED, Slot, UseKind,
+    needed, shown,
 };
 use crate::gpu::{
     self, Buffer, DescriptorPool, Device, GraphicsPipeline, GraphicsPipelineDesc, Image, ImageDesc, Location,
-    MemoryKind, Owned, OwnedSampler, SetLayout, UploadOrder, Uploader, pipeline_layout, sync::{Layouts, Use},
+    MemoryKind, Owned, OwnedSampler, SetLayout, UploadOrder, Uploader, pipeline_layout,
+    sync::{Layouts, Use},
 };
 use crate::shaders::overlay::{self as shader, Flags, constants};
 

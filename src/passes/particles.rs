@@ -20,7 +20,8 @@ use crate::scene::emitter::MOST_TEXTURES;
 use crate::shaders::particles::{self as shader, Flags, constants};
 
 /// Reads what SIMULATE and SORT wrote: vertices where it lies, and fragments how it looks.
-pub const STATE_READ: Use = Use::new(vk::PipelineStageFlags2::VERTEX_SHADER, vk::AccessFlags2::SHADER_READ).or(LAST_READ);
+pub const STATE_READ: Use =
+    Use::new(vk::PipelineStageFlags2::VERTEX_SHADER, vk::AccessFlags2::SHADER_READ).or(LAST_READ);
 /// Reads it last.
 pub const LAST_READ: Use = Use::new(vk::PipelineStageFlags2::FRAGMENT_SHADER, vk::AccessFlags2::SHADER_READ);
 /// Reads the depth of its own pixel, to fade before it.
@@ -77,7 +78,8 @@ impl ParticlePass {
         inputs: &[InputDescriptor],
     ) -> gpu::Result<Self> {
         let inputs = InputSet::new(device, "depth behind particles", inputs)?;
-        let (set_layout, pool, set) = described(device, buffers, textures, plan.layouts.of(vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL))?;
+        let (set_layout, pool, set) =
+            described(device, buffers, textures, plan.layouts.of(vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL))?;
         let layout = pipeline_layout(device, "particles", &[frame_layout, inputs.set_layout.raw, set_layout.raw], &[])?;
         let variant = needed("particles", shader::variant, flags(plan))?;
         let own = limits(plan);

@@ -19,7 +19,7 @@ pub const BEGIN: Use = Use::new(vk::PipelineStageFlags2::TRANSFER, vk::AccessFla
 pub const WRITE: Use = Use::new(vk::PipelineStageFlags2::TRANSFER, vk::AccessFlags2::TRANSFER_WRITE);
 
 /// Reads the picture.
-const READ: Use = Use::new(vk::PipelineStageFlags2::TRANSFER, vk::AccessFlags2::TRANSFER_READ);
+pub const READ: Use = Use::new(vk::PipelineStageFlags2::TRANSFER, vk::AccessFlags2::TRANSFER_READ);
 
 pub const PASS: Pass = Pass {
     place: PassName::pass("PRESENT"),

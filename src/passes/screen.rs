@@ -7,8 +7,9 @@ use ash::vk;
 use super::{FrameContext, Making, PassRecorder, Slot};
 use crate::gpu::sync::Layouts;
 use crate::gpu::{
-    self, DepthState, DescriptorPool, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, OwnedSampler, RecordedPass, RenderPass,
-    SetLayout, SetLayoutBinding, SetWriter, ShaderStage, SubpassDesc, binding, framebuffer, pipeline_layout,
+    self, DepthState, DescriptorPool, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, OwnedSampler,
+    RecordedPass, RenderPass, SetLayout, SetLayoutBinding, SetWriter, ShaderStage, SubpassDesc, binding, framebuffer,
+    pipeline_layout,
 };
 use crate::plan::Target;
 use crate::shaders::Variant;
@@ -272,7 +273,8 @@ impl RedrawPass {
     ) -> gpu::Result<Self> {
         let set_layout = SetLayout::new(own.device, &format!("{name} set layout"), &sampled_bindings())?;
         let sampler = OwnedSampler::bilinear(own.device, &format!("{name} sampler"))?;
-        let (pool, set) = sampled_set(own.device, name, &set_layout, (picture_before(own, target), own.plan.layouts), &sampler)?;
+        let (pool, set) =
+            sampled_set(own.device, name, &set_layout, (picture_before(own, target), own.plan.layouts), &sampler)?;
         let screen = Screen::new(
             own.device,
             &ScreenDesc {
@@ -304,7 +306,8 @@ impl PassRecorder for RedrawPass {
     /// Samples another image, as of another size.
     fn rebind(&mut self, own: &Making) -> gpu::Result<()> {
         let image = picture_before(own, self.target);
-        (self.pool, self.set) = sampled_set(own.device, self.name, &self.set_layout, (image, own.plan.layouts), &self.sampler)?;
+        (self.pool, self.set) =
+            sampled_set(own.device, self.name, &self.set_layout, (image, own.plan.layouts), &self.sampler)?;
         Ok(())
     }
 }

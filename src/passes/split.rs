@@ -44,7 +44,8 @@ pub fn record(
         dst_offset: corner,
         extent: vk::Extent3D { width, height: picture.extent.height, depth: 1 },
     };
-    let [from, to] = [vk::ImageLayout::TRANSFER_SRC_OPTIMAL, vk::ImageLayout::TRANSFER_DST_OPTIMAL].map(|own| layouts.of(own));
+    let [from, to] =
+        [vk::ImageLayout::TRANSFER_SRC_OPTIMAL, vk::ImageLayout::TRANSFER_DST_OPTIMAL].map(|own| layouts.of(own));
     // SAFETY: `cmd` is being recorded outside a render pass; both images have the size of the plan and lie in these layouts.
     unsafe { device.raw.cmd_copy_image(cmd, picture.raw, from, shown, to, &[region]) };
 }

@@ -11,8 +11,8 @@ use super::shadows::shadow_reason;
 use super::surfaces::{FilteredTextures, SurfacePlan};
 use super::{
     Capabilities, EffectPlans, FramePlan, Gbuffer, MeshPlan, OitTargets, PlanError, Reasons, Shading, SurfaceRules,
-    Uploads, attachments, carriers, checks, culling, effects, geometry_locations, is_forward, is_tiled, lacks_gbuffer, lens,
-    occlusion, parts, visibility,
+    Uploads, attachments, carriers, checks, culling, effects, geometry_locations, is_forward, is_tiled, lacks_gbuffer,
+    lens, occlusion, parts, visibility,
 };
 use crate::scene::{GbufferChoice, Keep, LightPath, OptionalPart, Output, Scene, Settings, Transparency, View};
 

@@ -4,7 +4,8 @@ use super::gpu::{HOST_READ, TestResult, read_level, texture_desc, with_device};
 use afterlight::gpu::sync::{Dependency, Use};
 use afterlight::gpu::{
     self, Buffer, CommandBuffer, DescriptorPool, Device, Framebuffer, GraphicsPipeline, GraphicsPipelineDesc, Image,
-    ImageDesc, Location, MemoryKind, PipelinePlace, RenderPass, SetLayout, SetWriter, ShaderStage, SubpassDesc, barrier, vk,
+    ImageDesc, Location, MemoryKind, PipelinePlace, RenderPass, SetLayout, SetWriter, ShaderStage, SubpassDesc,
+    barrier, vk,
 };
 use std::sync::Arc;
 

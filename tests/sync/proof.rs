@@ -6,14 +6,14 @@ use std::collections::{BTreeMap, HashSet};
 use afterlight::frame::proof::{FrameModel, is_superfluous};
 use afterlight::frame::rows::unreported_mutants::RowPart;
 use afterlight::frame::rows::{self, Row, Rows, Side};
-use afterlight::gpu::sync::Use;
+use afterlight::gpu::sync::{Layouts, SyncVersion, Use};
 use afterlight::gpu::vk;
 use afterlight::plan::samples::{self, gbuffers};
 use afterlight::plan::{FramePlan, OUTPUT_PLAIN, OUTPUT_SRGB, PresentTarget};
 use afterlight::scene::builtin::CATALOGUE;
 use afterlight::scene::{
-    AmbientOcclusion, Fog, HdrFormat, Keep, LightPath, OptionalPart, Output, Reflections, Resolve, Scene, Settings,
-    Transparency, View,
+    AmbientOcclusion, Fog, HdrFormat, ImageLayouts, Keep, LightPath, OptionalPart, Output, Passes, Reflections,
+    Resolve, Scene, Settings, SyncApi, Transparency, View,
 };
 
 use rayon::prelude::*;
@@ -126,6 +126,29 @@ fn sample_plans_have_no_hazard_and_hardly_a_superfluous_row_stage_or_access() {
     plans.are_proved();
 }
 
+/// Ways to carry a plan's passes: render passes or rendering, the API's version, the layouts of images.
+const CARRIERS: [(Passes, SyncVersion, Layouts); 6] = [
+    (Passes::Stored, SyncVersion::One, Layouts::Optimal),
+    (Passes::LocalRead, SyncVersion::One, Layouts::Optimal),
+    (Passes::Subpasses, SyncVersion::Two, Layouts::Optimal),
+    (Passes::Subpasses, SyncVersion::One, Layouts::Unified),
+    (Passes::LocalRead, SyncVersion::Two, Layouts::Unified),
+    (Passes::Stored, SyncVersion::Two, Layouts::Unified),
+];
+
+#[test]
+fn sample_plans_are_proved_in_each_way_to_carry_them() {
+    let mut plans = Different::default();
+    for (index, (name, plan)) in samples::of_every_kind().into_iter().enumerate() {
+        for &(passes, sync, layouts) in one_of(&CARRIERS, index) {
+            let mut plan = plan.clone();
+            (plan.passes, plan.sync, plan.layouts) = (passes, sync, layouts);
+            plans.add(&format!("{name}, {passes}, {sync:?}, {layouts:?}"), plan);
+        }
+    }
+    plans.are_proved();
+}
+
 #[test]
 fn every_combination_of_settings_and_every_built_in_scene_is_proved() {
     let mut plans = Different::default();
@@ -177,6 +200,9 @@ fn random(scenes: &[(&str, Scene)], random: &mut fastrand::Rng) -> Option<(Strin
         depth_prepass: [None, Some(false), Some(true)][random.usize(..3)],
         light_cutoff: random.bool(),
         keep: if random.bool() { Keep::NONE } else { Keep::NONE.with(OptionalPart::StoredGbuffer) },
+        passes: one(Passes::NAMES, random),
+        sync: one(SyncApi::NAMES, random),
+        layouts: one(ImageLayouts::NAMES, random),
         exposure: Some(0.0),
         ..Settings::default()
     };

@@ -25,7 +25,8 @@ impl Functions {
     pub(super) fn new(instance: &ash::Instance, ash: ash::Device, features: &EnabledFeatures) -> Self {
         let of = |is_enabled: bool| is_enabled.then_some((instance, &ash));
         Self {
-            synchronization2: of(features.synchronization2).map(|(of, on)| ash::khr::synchronization2::Device::new(of, on)),
+            synchronization2: of(features.synchronization2)
+                .map(|(of, on)| ash::khr::synchronization2::Device::new(of, on)),
             render_pass2: of(features.render_pass2).map(|(of, on)| ash::khr::create_renderpass2::Device::new(of, on)),
             rendering: of(features.local_read).map(|(of, on)| ash::khr::dynamic_rendering::Device::new(of, on)),
             local_read: of(features.local_read)

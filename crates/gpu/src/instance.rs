@@ -8,8 +8,8 @@ use ash::vk;
 
 use super::error::{Doing, Error, Result};
 use super::instrumentation::ROBUST_IS_RIGHT;
-use super::newer::API_VERSION_1_4;
 use super::message::{Message, MessageLog, messenger_info};
+use super::newer::API_VERSION_1_4;
 use super::physical::{PhysicalDevice, version_text};
 use super::system::{self, VulkanComponent};
 
@@ -146,14 +146,8 @@ impl Instance {
         let log = Arc::new(MessageLog::default());
         let api_version = loader_version.min(API_VERSION_1_4);
         let raw = create(&entry, api_version, &plan, &extensions, &log)?;
-        let mut handles = InstanceHandles {
-            raw,
-            api_version,
-            has_debug_utils: extensions.debug_utils,
-            messenger: None,
-            entry,
-            log,
-        };
+        let mut handles =
+            InstanceHandles { raw, api_version, has_debug_utils: extensions.debug_utils, messenger: None, entry, log };
         if extensions.debug_utils {
             let debug_utils = ash::ext::debug_utils::Instance::new(&handles.entry, &handles.raw);
             // SAFETY: the extension is enabled; the log outlives the messenger, as the handles' drop destroys it first.

@@ -95,15 +95,17 @@ impl RenderingPlace {
 
     /// Their indices as input attachments, likewise.
     pub fn input_info(&self) -> vk::RenderingInputAttachmentIndexInfoKHR<'_> {
-        let mut info =
-            vk::RenderingInputAttachmentIndexInfoKHR::default().color_attachment_input_indices(&self.inputs);
+        let mut info = vk::RenderingInputAttachmentIndexInfoKHR::default().color_attachment_input_indices(&self.inputs);
         info.p_depth_input_attachment_index = &raw const self.depth_input;
         info.p_stencil_input_attachment_index = &vk::ATTACHMENT_UNUSED;
         info
     }
 
     /// The blend state of each attachment: that of its location, or one that writes nothing.
-    fn blend(&self, by_location: &[vk::PipelineColorBlendAttachmentState]) -> Vec<vk::PipelineColorBlendAttachmentState> {
+    fn blend(
+        &self,
+        by_location: &[vk::PipelineColorBlendAttachmentState],
+    ) -> Vec<vk::PipelineColorBlendAttachmentState> {
         let of = |&location: &u32| by_location.get(location as usize).copied().unwrap_or_default();
         self.locations.iter().map(of).collect()
     }

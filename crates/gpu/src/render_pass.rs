@@ -240,7 +240,9 @@ impl<'a> RecordedPass<'a> {
         // SAFETY: the render pass was begun, and every subpass is recorded.
         match self.version {
             SyncVersion::One => unsafe { self.device.raw.cmd_end_render_pass(self.cmd) },
-            SyncVersion::Two => unsafe { self.device.raw.cmd_end_render_pass2(self.cmd, &vk::SubpassEndInfo::default()) },
+            SyncVersion::Two => unsafe {
+                self.device.raw.cmd_end_render_pass2(self.cmd, &vk::SubpassEndInfo::default())
+            },
         }
     }
 }

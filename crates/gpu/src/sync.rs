@@ -118,7 +118,8 @@ impl Use {
 
     /// All of `uses` in one.
     pub fn all(uses: &[Self]) -> Self {
-        uses.iter().fold(Self::new(vk::PipelineStageFlags2::empty(), vk::AccessFlags2::empty()), |sum, &one| sum.or(one))
+        uses.iter()
+            .fold(Self::new(vk::PipelineStageFlags2::empty(), vk::AccessFlags2::empty()), |sum, &one| sum.or(one))
     }
 }
 
@@ -182,7 +183,10 @@ mod tests {
         let coarse = Use::new(S::ALL_TRANSFER | S::FRAGMENT_SHADER, A::TRANSFER_READ | A::SHADER_READ);
         assert_eq!(fine.coarse(), coarse);
         assert_eq!(coarse.coarse(), coarse);
-        assert_eq!((fine.stages().as_str(), coarse.stages().as_str()), ("FRAGMENT_SHADER | COPY", "FRAGMENT_SHADER | TRANSFER"));
+        assert_eq!(
+            (fine.stages().as_str(), coarse.stages().as_str()),
+            ("FRAGMENT_SHADER | COPY", "FRAGMENT_SHADER | TRANSFER")
+        );
         assert_eq!(fine.accesses(), "TRANSFER_READ | SHADER_SAMPLED_READ");
         let (stage, access) = fine.masks();
         assert_eq!(stage, vk::PipelineStageFlags::FRAGMENT_SHADER | vk::PipelineStageFlags::TRANSFER);

@@ -181,7 +181,12 @@ impl Uploader {
         }
         // The levels written by a copy, or by the last blit, and never read.
         let first_unread = if blits { image.mip_levels - 1 } else { 0 };
-        self.make_readable(cmd, image, (first_unread, image.mip_levels - first_unread), (written, self.order.written_layout()));
+        self.make_readable(
+            cmd,
+            image,
+            (first_unread, image.mip_levels - first_unread),
+            (written, self.order.written_layout()),
+        );
         if let Some((_, blitted)) = blitting {
             // The others were read by the blit into the next level. Their writes were made available before that; this
             // barrier waits for the read, changes the layout, and makes them visible to shaders.

@@ -14,21 +14,21 @@ use crate::scene::Passes;
 
 /// Returns true if a subpass can go on in the rendering of those that were drawn before it.
 pub(super) fn goes_on(plan: &FramePlan, subpass: &Subpass, drawn: &[Subpass]) -> bool {
-    let first = drawn.first().map(|own| own.samples(plan));
+    let all = || drawn.iter().chain([subpass]);
+    let reads_all_samples = |touch: &ResourceUse| plan.msaa > 1 && touch.is_attachment() && touch.all_samples;
     // All attachments have one sample count.
-    first == Some(subpass.samples(plan))
+    drawn.iter().all(|own| own.samples(plan) == subpass.samples(plan))
         // Samples are resolved at the end.
         && !drawn.iter().flat_map(|own| &own.touches).any(|touch| touch.how == UseKind::Resolve)
         // A barrier inside of rendering must be by region (VUID-vkCmdPipelineBarrier-dependencyFlags-07891), which is one sample.
-        && !subpass.touches.iter().any(|touch| touch.is_attachment() && touch.all_samples && plan.msaa > 1)
-        && colors(drawn.iter().chain([subpass])).len() <= RENDERED_COLORS as usize
+        && !all().flat_map(|own| &own.touches).any(reads_all_samples)
+        && colors(all()).len() <= RENDERED_COLORS as usize
 }
 
 /// The colour attachments of subpasses; those that are only read are attachments, too.
 fn colors<'a>(subpasses: impl Iterator<Item = &'a Subpass>) -> BTreeSet<Resource> {
     let touches = subpasses.flat_map(|own| &own.touches);
-    let is_color =
-        |touch: &&ResourceUse| touch.is_attachment() && !touch.is_depth() && touch.how != UseKind::Resolve;
+    let is_color = |touch: &&ResourceUse| touch.is_attachment() && !touch.is_depth() && touch.how != UseKind::Resolve;
     touches.filter(is_color).map(|touch| touch.resource).collect()
 }
 

@@ -212,7 +212,10 @@ impl Presenter {
         let encoded = encoded_image(renderer, self.beside_kept.as_ref());
         let over = Over::of(renderer, encoded, swapchain, self.desc.images);
         // Taken out first: an overlay that could not be fitted is gone, and not drawn with.
-        let overlay = self.overlay.take().filter(|own| own.form() == (over.format, over.uploads.layouts) && self.changed.is_none());
+        let overlay = self
+            .overlay
+            .take()
+            .filter(|own| own.form() == (over.format, over.uploads.layouts) && self.changed.is_none());
         if let Some(mut overlay) = overlay {
             overlay.resize(&over.views, over.extent)?;
             self.overlay = Some(overlay);

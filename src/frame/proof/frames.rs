@@ -313,9 +313,14 @@ impl FrameModelBuilder<'_> {
             all.flat_map(|touch| besides(plan, touch, place)).collect()
         };
         if name.draws_maps() {
+            // All render passes of a map come one after the other, with the first of them.
+            let of_maps: Vec<_> = passes.iter().filter(|pass| pass.name.draws_maps()).collect();
+            if of_maps[0].name != name {
+                return;
+            }
             for (map, times) in (0..).zip(turn.maps) {
-                let memory: Vec<_> = pass.attachments.iter().map(|&(image, _)| Memory::part(image, map)).collect();
-                for _ in 0..times {
+                for pass in (0..times).flat_map(|_| &of_maps) {
+                    let memory: Vec<_> = pass.attachments.iter().map(|&(image, _)| Memory::part(image, map)).collect();
                     self.program.render_pass(pass, &memory, besides);
                 }
             }

@@ -36,8 +36,7 @@ fn all_commands() -> S {
 /// The mask with the finer stages that its coarse ones are made of.
 fn in_full(mask: S) -> S {
     let copies = if mask.contains(S::ALL_TRANSFER) { COPIES } else { S::empty() };
-    let fetches =
-        if mask.contains(S::VERTEX_INPUT) { S::INDEX_INPUT | S::VERTEX_ATTRIBUTE_INPUT } else { S::empty() };
+    let fetches = if mask.contains(S::VERTEX_INPUT) { S::INDEX_INPUT | S::VERTEX_ATTRIBUTE_INPUT } else { S::empty() };
     mask | copies | fetches
 }
 

@@ -100,16 +100,8 @@ impl<'a> RenderPassInstance<'a> {
         (pass, memory, touched): (&'a PassDescription, &'a [Memory], MemorySet),
         id: u32,
     ) -> Self {
-        let mut instance = Self {
-            pass,
-            memory,
-            touched,
-            id,
-            begin: 0,
-            times: Vec::new(),
-            end: 0,
-            dependencies: Vec::new(),
-        };
+        let mut instance =
+            Self { pass, memory, touched, id, begin: 0, times: Vec::new(), end: 0, dependencies: Vec::new() };
         for around in pass.changes_at_the_start() {
             let change = |index: usize, own: &Self| {
                 let used = own.users(index as u32).first().and_then(|&first| own.layout(first, index as u32));
@@ -118,18 +110,17 @@ impl<'a> RenderPassInstance<'a> {
             instance.carry_out(program, &around, change);
         }
         instance.begin = program.step();
-        let inside = |subpass: u32| {
-            pass.dependencies.iter().filter(move |(_, ends)| ends[1] == subpass && ends[0] != EXTERNAL)
-        };
+        let inside =
+            |subpass: u32| pass.dependencies.iter().filter(move |(_, ends)| ends[1] == subpass && ends[0] != EXTERNAL);
         let count: usize = (0..pass.subpasses.len() as u32).map(|subpass| 1 + inside(subpass).count()).sum();
-        instance.end = instance.begin + count as Time + 1;
+        let after = instance.begin + count as Time + 2;
         for subpass in 0..pass.subpasses.len() as u32 {
             for (row, ends) in inside(subpass) {
                 let now = program.step();
                 let span = |from, until| Span { from, until };
                 program.synchronize(Sync {
                     first: Scope { span: span(instance.begin, now), mask: row.before },
-                    second: Scope { span: span(now, instance.end), mask: row.after },
+                    second: Scope { span: span(now, after), mask: row.after },
                     region: Some(id),
                     by_sample: instance.is_by_sample(*ends),
                     memory: Some(instance.touched.clone()),
@@ -165,7 +156,8 @@ impl<'a> RenderPassInstance<'a> {
         let changed: MemorySet = around.changed.iter().map(|&index| self.memory[index]).collect();
         let by = program.barrier_on(order, Some(if around.orders_more { self.touched.clone() } else { changed }));
         for &index in &around.changed {
-            program.transition((who, self.memory[index]), change(index, self), vec![by], None);
+            // A draw that waits for it may wait by region for one before.
+            program.transition((who, self.memory[index]), change(index, self), vec![by], Some(self.id));
         }
     }
 
@@ -189,7 +181,7 @@ impl<'a> RenderPassInstance<'a> {
     }
 
     fn users(&self, attachment: u32) -> Vec<u32> {
-        (0..self.times.len() as u32).filter(|&subpass| self.layout(subpass, attachment).is_some()).collect()
+        (0..self.pass.subpasses.len() as u32).filter(|&subpass| self.layout(subpass, attachment).is_some()).collect()
     }
 
     fn add_dependencies(&mut self, program: &mut Program) {

@@ -6,8 +6,7 @@ use crate::gpu::sync::Use;
 
 const DEPTH_TESTS: S = S::from_raw(S::EARLY_FRAGMENT_TESTS.as_raw() | S::LATE_FRAGMENT_TESTS.as_raw());
 const SHADERS: S = S::from_raw(S::VERTEX_SHADER.as_raw() | S::FRAGMENT_SHADER.as_raw() | S::COMPUTE_SHADER.as_raw());
-const COPIES: S =
-    S::from_raw(S::ALL_TRANSFER.as_raw() | S::COPY.as_raw() | S::BLIT.as_raw() | S::CLEAR.as_raw());
+const COPIES: S = S::from_raw(S::ALL_TRANSFER.as_raw() | S::COPY.as_raw() | S::BLIT.as_raw() | S::CLEAR.as_raw());
 const FETCHES_INDICES: S = S::from_raw(S::VERTEX_INPUT.as_raw() | S::INDEX_INPUT.as_raw());
 const FETCHES_VERTICES: S = S::from_raw(S::VERTEX_INPUT.as_raw() | S::VERTEX_ATTRIBUTE_INPUT.as_raw());
 

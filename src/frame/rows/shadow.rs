@@ -6,7 +6,7 @@ use super::{PassName, Row, RowName, Rows, barrier, waits};
 use crate::frame::list::{Step, StepList, Subpass};
 use crate::gpu::sync::Use;
 use crate::gpu_scene::{ATLAS_LAYOUT, ClearOrder, ClearOrders, TINT_LAYOUT, shadow_clear};
-use crate::passes::{Resource, shadow, tint};
+use crate::passes::{Resource, ResourceUse, shadow, tint};
 use crate::plan::FramePlan;
 
 impl RowName {
@@ -31,25 +31,31 @@ pub(in crate::frame) fn images(plan: &FramePlan) -> impl Iterator<Item = (Resour
 }
 
 /// The attachments of a render pass of maps with these subpasses: the images that they use. A map is a part of a layer that has others: it is readable
-/// before and after.
+/// before the first of its render passes and after the last.
 pub(in crate::frame) fn attachments(
     plan: &FramePlan,
     list: &StepList,
     listed: &[Subpass],
 ) -> Vec<(Resource, vk::AttachmentDescription)> {
-    let uses = |subpass: &Subpass, image| subpass.touches.iter().any(|own| own.resource == image && own.is_attachment());
+    let used = |subpass: &Subpass, image| {
+        subpass.touches.iter().find(|own| own.resource == image && own.is_attachment()).map(ResourceUse::layout)
+    };
     let of = |(image, _)| {
-        let first = list.render_passes().flat_map(|(_, subpasses)| subpasses).find(|own| uses(own, image))?;
-        listed.iter().any(|own| uses(own, image)).then(|| {
-            let (own, readable) = match image {
-                Resource::SHADOW_TINTS => (tint::attachment(), TINT_LAYOUT),
-                _ => (shadow::attachment(), ATLAS_LAYOUT),
-            };
-            let is_loaded = listed.iter().all(|own| own.place != first.place);
-            let load = if is_loaded { vk::AttachmentLoadOp::LOAD } else { own.load_op };
-            let layout = plan.layouts.of(readable);
-            (image, own.load_op(load).initial_layout(layout).final_layout(layout))
-        })
+        let all = || list.render_passes().flat_map(|(_, subpasses)| subpasses).filter(|own| used(own, image).is_some());
+        let (first, last) = (all().next()?, all().last()?);
+        let is_here = |subpass: &Subpass| listed.iter().any(|own| own.place == subpass.place);
+        let layout = listed.iter().find_map(|own| used(own, image))?;
+        let (own, readable) = match image {
+            Resource::SHADOW_TINTS => (tint::attachment(), TINT_LAYOUT),
+            _ => (shadow::attachment(), ATLAS_LAYOUT),
+        };
+        let readable = plan.layouts.of(readable);
+        let (load, before) = match is_here(first) {
+            true => (own.load_op, readable),
+            false => (vk::AttachmentLoadOp::LOAD, layout),
+        };
+        let after = if is_here(last) { readable } else { layout };
+        Some((image, own.load_op(load).initial_layout(before).final_layout(after)))
     };
     images(plan).filter_map(of).collect()
 }

@@ -9,6 +9,7 @@ use crate::gpu::upload::{BLIT_READ, COPY_WRITE, LEVEL_WRITE};
 use crate::gpu_scene::{INDEX_READ, LOOK_UP, TEXTURE_READ, VERTEX_READ};
 use crate::passes::{prefilter, skin};
 use crate::plan::FramePlan;
+use crate::scene::Passes;
 
 impl RowName {
     pub(crate) const UPLOAD_TO_VERTICES: Self = Self::Own("upload-to-vertices");
@@ -26,6 +27,7 @@ const READABLE: vk::ImageLayout = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
 pub(super) fn rows(plan: &FramePlan) -> Vec<Row> {
     let mut rows = Vec::new();
     let uploads = plan.uploads;
+    let is_rendered = plan.passes == Passes::LocalRead;
     let looked_up = |drawn| if plan.triangles.is_some() { LOOK_UP } else { drawn };
     if uploads.vertices || uploads.volumes {
         let indices = if uploads.vertices { INDEX_READ } else { VERTEX_READ };
@@ -56,8 +58,8 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Row> {
         rows.push(
             barrier(RowName::BLIT_TO_TEXTURES, BLITTED, READABLE)
                 .from(PassName::UPLOAD, &[BLIT_READ])
-                // TILED needs no use here: `geometry-to-tiled` orders it after GEOMETRY.
-                .to(PassName::DRAWS, &[TEXTURE_READ])
+                // TILED needs no use here: `geometry-to-tiled` orders it after GEOMETRY. After rendering that row is about attachments alone.
+                .to(PassName::DRAWS, &[if is_rendered { looked_up(TEXTURE_READ) } else { TEXTURE_READ }, TEXTURE_READ])
                 .because("shaders sample a level when the blit that reads it is over; its layout changes in between"),
         );
     }

@@ -243,8 +243,8 @@ fn visits(plan: &FramePlan, stops: &[Stop], resource: Resource) -> Vec<Visit> {
             uses = uses.or(RESOLVE);
         }
         let is_depth = touches[0].is_depth();
-        // Each map that is drawn is cleared, also the one that another frame has drawn.
-        let is_loaded = index > 0 && !matches!(resource, Resource::Maps(_));
+        // Each map that is drawn is cleared, also one that another frame has drawn: readers do not come before who draws it.
+        let is_loaded = index > 0;
         let load = match (is_depth, is_loaded) {
             (true, true) => DEPTH_LOAD,
             (true, false) => DEPTH_CLEAR,
@@ -307,8 +307,8 @@ fn after_the_passes(plan: &FramePlan, stops: &[Stop], resource: Resource) -> Opt
             ),
             false => (
                 PassName::OUTSIDE,
-                copy::READ,
-                copy::READ,
+                present::READ,
+                present::READ,
                 "whatever copies or shows the picture reads it in the layout that it is left in",
             ),
         },

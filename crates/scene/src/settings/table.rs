@@ -14,8 +14,8 @@ pub use fog::Fog;
 pub use reflections::Reflections;
 
 use super::choices::{
-    Culling, HdrFormat, ImageLayouts, LightPath, MSAA, Output, Passes, Resolve, ShadowFilter, SyncApi, Tonemap, Transparency,
-    choice,
+    Culling, HdrFormat, ImageLayouts, LightPath, MSAA, Output, Passes, Resolve, ShadowFilter, SyncApi, Tonemap,
+    Transparency, choice,
 };
 use super::gbuffer::GbufferChoice;
 use super::setting::{Setting, SettingValue, SweepMode, ValueKind};

@@ -59,8 +59,7 @@ fn a_drawing_is_xml_that_has_what_the_frame_has_and_nothing_else() {
             let words: String =
                 group.descendants().filter(|node| node.is_text()).filter_map(|node| node.text()).collect();
             let words: String = words.split_whitespace().collect();
-            let masks =
-                [edge.before, edge.after].map(|side| [side.stages(), side.accesses()]);
+            let masks = [edge.before, edge.after].map(|side| [side.stages(), side.accesses()]);
             for mask in masks.as_flattened().iter().map(String::as_str).chain([edge.why.as_str()]) {
                 let mask: String = mask.split_whitespace().collect();
                 assert!(words.contains(&mask), "{name}: {} lacks {mask}: {words}", edge.name);
