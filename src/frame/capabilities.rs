@@ -72,6 +72,7 @@ pub fn capabilities(device: &PhysicalDevice) -> Capabilities {
         local_read: device.newer.local_read && device.features.independent_blend == vk::TRUE,
         local_read_depth: device.newer.local_read_depth,
         local_read_samples: device.newer.local_read_samples,
+        unified_layouts: device.newer.unified_layouts,
         bc7: device.features.texture_compression_bc == vk::TRUE && samples(device, BlockFormat::Bc7),
         etc2: device.features.texture_compression_etc2 == vk::TRUE
             && [BlockFormat::Etc2Rgb8, BlockFormat::Etc2Rgb8A1, BlockFormat::Etc2Rgba8]

@@ -66,6 +66,8 @@ pub struct Capabilities {
     pub local_read_depth: bool,
     /// They can read attachments of several samples.
     pub local_read_samples: bool,
+    /// Images in GENERAL cost no time.
+    pub unified_layouts: bool,
     /// BC7 can be sampled, with linear filtering.
     pub bc7: bool,
     /// Every format of ETC2 can be.
@@ -106,6 +108,7 @@ impl Capabilities {
             local_read: true,
             local_read_depth: true,
             local_read_samples: true,
+            unified_layouts: true,
             bc7: true,
             etc2: true,
         }

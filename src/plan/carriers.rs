@@ -7,10 +7,16 @@ use crate::scene::{ImageLayouts, Passes, Settings, SyncApi};
 /// Colour attachments of one `vkCmdBeginRendering`: as many as Vulkan 1.4 promises.
 pub(crate) const RENDERED_COLORS: u32 = 8;
 
-pub(super) fn layouts(settings: &Settings) -> Layouts {
+/// # Errors
+/// When the device lacks what is asked for.
+pub(super) fn layouts(settings: &Settings, device: &Capabilities) -> Result<Layouts, PlanError> {
     match settings.layouts {
-        ImageLayouts::Optimal => Layouts::Optimal,
-        ImageLayouts::Unified => Layouts::Unified,
+        ImageLayouts::Optimal => Ok(Layouts::Optimal),
+        ImageLayouts::Unified if device.unified_layouts => Ok(Layouts::Unified),
+        ImageLayouts::Unified => {
+            let why = "this device lacks VK_KHR_unified_image_layouts, so that images in GENERAL may cost time, and layers say so: ask for --layouts optimal";
+            Err(Refusal::of("--layouts unified", why))
+        }
     }
 }
 

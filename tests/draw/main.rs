@@ -9,6 +9,7 @@ mod ao;
 mod bloom;
 mod camera_paths;
 mod capture;
+mod carriers;
 mod changes;
 mod clips;
 mod compressed;

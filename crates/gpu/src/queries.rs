@@ -7,7 +7,7 @@ use ash::vk;
 use super::device::Device;
 use super::error::{Doing, Error, Result};
 use super::owned::Owned;
-use super::sync::SyncVersion;
+use super::sync::{SyncVersion, Use};
 
 /// A row of labelled points in time, written by one command buffer.
 ///
@@ -57,13 +57,16 @@ impl Timestamps {
         }
         self.labels.push(label.to_owned());
         let device = self.pool.device();
+        let raw = &device.raw;
         // SAFETY: as in `reset`; the query has been reset and not been written since.
-        match device.sync() {
-            SyncVersion::One => unsafe {
-                let stage = vk::PipelineStageFlags::from_raw(stage.as_raw() as u32);
-                device.raw.cmd_write_timestamp(cmd, stage, self.pool.raw, index);
-            },
-            SyncVersion::Two => unsafe { device.raw.cmd_write_timestamp2(cmd, stage, self.pool.raw, index) },
+        unsafe {
+            match device.sync() {
+                SyncVersion::One => {
+                    let stage = Use::new(stage, vk::AccessFlags2::empty()).masks().0;
+                    raw.cmd_write_timestamp(cmd, stage, self.pool.raw, index);
+                }
+                SyncVersion::Two => raw.cmd_write_timestamp2(cmd, stage, self.pool.raw, index),
+            }
         }
     }
 

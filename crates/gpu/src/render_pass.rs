@@ -75,7 +75,8 @@ impl RenderPass {
         };
         let raw = raw.doing("vkCreateRenderPass", || format!("creating the render pass '{name}'"))?;
         // Render passes are compatible if they differ in layouts, loads and stores only; telling apart those that differ there costs little.
-        device.reuse.note(raw, (attachments, subpasses, dependencies));
+        // Layer 1.3.239 takes two that were made by the two APIs for incompatible: of the second it does not see the masks.
+        device.reuse.note(raw, (device.sync(), attachments, subpasses, dependencies));
         Ok(Owned::new_from(device, name, raw))
     }
 }
@@ -217,10 +218,13 @@ impl<'a> RecordedPass<'a> {
     /// Begins the render pass. The command buffer is recording outside of render passes, and pass and framebuffer belong together.
     pub fn begin(device: &'a Device, cmd: vk::CommandBuffer, begin: &vk::RenderPassBeginInfo<'_>) -> Self {
         let version = device.sync();
+        let raw = &device.raw;
         // SAFETY: as promised.
-        match version {
-            SyncVersion::One => unsafe { device.raw.cmd_begin_render_pass(cmd, begin, vk::SubpassContents::INLINE) },
-            SyncVersion::Two => unsafe { device.raw.cmd_begin_render_pass2(cmd, begin, &inline()) },
+        unsafe {
+            match version {
+                SyncVersion::One => raw.cmd_begin_render_pass(cmd, begin, vk::SubpassContents::INLINE),
+                SyncVersion::Two => raw.cmd_begin_render_pass2(cmd, begin, &inline()),
+            }
         }
         Self { device, cmd, version }
     }
@@ -229,20 +233,23 @@ impl<'a> RecordedPass<'a> {
     pub fn next_subpass(&self) {
         let raw = &self.device.raw;
         // SAFETY: the render pass was begun, and has this subpass next.
-        match self.version {
-            SyncVersion::One => unsafe { raw.cmd_next_subpass(self.cmd, vk::SubpassContents::INLINE) },
-            SyncVersion::Two => unsafe { raw.cmd_next_subpass2(self.cmd, &inline(), &vk::SubpassEndInfo::default()) },
+        unsafe {
+            match self.version {
+                SyncVersion::One => raw.cmd_next_subpass(self.cmd, vk::SubpassContents::INLINE),
+                SyncVersion::Two => raw.cmd_next_subpass2(self.cmd, &inline(), &vk::SubpassEndInfo::default()),
+            }
         }
     }
 
     /// Ends the render pass after its last subpass.
     pub fn end(self) {
+        let raw = &self.device.raw;
         // SAFETY: the render pass was begun, and every subpass is recorded.
-        match self.version {
-            SyncVersion::One => unsafe { self.device.raw.cmd_end_render_pass(self.cmd) },
-            SyncVersion::Two => unsafe {
-                self.device.raw.cmd_end_render_pass2(self.cmd, &vk::SubpassEndInfo::default())
-            },
+        unsafe {
+            match self.version {
+                SyncVersion::One => raw.cmd_end_render_pass(self.cmd),
+                SyncVersion::Two => raw.cmd_end_render_pass2(self.cmd, &vk::SubpassEndInfo::default()),
+            }
         }
     }
 }

@@ -1,0 +1,152 @@
+//! Frames by render passes with subpasses, by rendering with local read, and stored; by either API of synchronization; in optimal and unified layouts: the same
+//! bytes, and silent layers.
+
+use afterlight::frame::{Renderer, plan_for};
+use afterlight::plan::{Variation, samples, variations};
+use afterlight::scene::{
+    AmbientOcclusion, Culling, Fog, GbufferPreset, ImageLayouts, LightPath, Passes, Reflections, Scene, Settings,
+    SyncApi, Transparency,
+};
+
+use crate::common::compare::assert_identical;
+use crate::common::gpu::{Gpu, on_gpu};
+use crate::common::stage::{open, own};
+
+const SIZE: [u32; 2] = [96, 54];
+
+/// Each way to carry a frame beside the default.
+fn carriers() -> Vec<(Passes, SyncApi, ImageLayouts)> {
+    let mut all = Vec::new();
+    for &(_, passes) in Passes::NAMES {
+        for &(_, sync) in SyncApi::NAMES {
+            for &(_, layouts) in ImageLayouts::NAMES {
+                all.push((passes, sync, layouts));
+            }
+        }
+    }
+    assert_eq!(all.remove(0), Default::default());
+    all
+}
+
+/// Frames that have most passes between them, and each split of render passes.
+fn frames() -> Vec<(&'static str, Scene, Settings)> {
+    let hall = open("builtin:hall");
+    let of = |scene: &Scene| Settings { size: SIZE, samples: 1, ..own(scene, SIZE[0], SIZE[1]) };
+    let plain = of(&hall);
+    let mut glazed = hall.clone();
+    for (index, material) in glazed.materials.iter_mut().enumerate().filter(|(index, _)| index % 3 == 0) {
+        (material.alpha, material.alpha_mode) = (0.2 + 0.05 * index as f32, afterlight::scene::AlphaMode::Blend);
+    }
+    let mut tinted = Settings { transparency: Transparency::Oit, fxaa: true, vignette: 0.5, ..plain.clone() };
+    tinted.shadows.tinted = true;
+    vec![
+        ("the hall", hall.clone(), plain.clone()),
+        (
+            "neighbours",
+            hall.clone(),
+            Settings {
+                ao: AmbientOcclusion::Ssao,
+                reflections: Reflections::Screen,
+                bloom: 0.2,
+                fog: Fog::Height,
+                ..plain.clone()
+            },
+        ),
+        ("veils in any order", glazed.clone(), tinted),
+        ("veils", glazed, Settings { aberration: 0.02, grain: 0.2, ..plain.clone() }),
+        ("forward", hall.clone(), Settings { light_path: LightPath::Forward, fog: Fog::Height, ..plain.clone() }),
+        ("compute", hall.clone(), Settings { light_path: LightPath::Compute, ..plain.clone() }),
+        ("culled", hall.clone(), Settings { culling: Culling::Gpu, ..plain.clone() }),
+        ("samples", hall, Settings { msaa: 4, fog: Fog::Height, ..plain }),
+    ]
+}
+
+/// A small scene in each form of each effect.
+fn effects() -> Vec<(&'static str, Scene, Settings)> {
+    let scenes: Vec<(&str, Scene)> = samples::scenes()
+        .into_iter()
+        .filter(|(name, _)| ["shadowed-lamps", "glass", "glowing gauze", "deformed"].contains(name))
+        .collect();
+    let of_one = |(index, variation): (usize, &'static Variation)| {
+        let mut scene = scenes[index % scenes.len()].1.clone();
+        let mut settings = Settings { size: SIZE, light_path: LightPath::Loop, ..Settings::default() };
+        (variation.scene)(&mut scene);
+        (variation.settings)(&mut settings);
+        (variation.name, scene, settings)
+    };
+    variations().filter(|variation| !variation.is_alone).enumerate().map(of_one).collect()
+}
+
+/// Two frames, so that the second one waits for the first.
+fn draw(gpu: &Gpu, scene: &Scene, settings: &Settings) -> afterlight::frame::Picture {
+    let mut renderer =
+        Renderer::new(&gpu.device, scene, settings).unwrap_or_else(|error| panic!("{settings:?}: {error}"));
+    for _ in 0..2 {
+        renderer.render(&scene.camera).unwrap_or_else(|error| panic!("{error}"));
+    }
+    renderer.read_back().unwrap_or_else(|error| panic!("{error}"))
+}
+
+#[test]
+fn each_way_to_carry_a_frame_draws_the_same_bytes() {
+    on_gpu(|gpu| {
+        let mut drawn = 0;
+        for (index, (name, scene, mut settings)) in frames().into_iter().chain(effects()).enumerate() {
+            // Positions take the place of depth where local read is of colour alone.
+            if !gpu.device.physical.newer.local_read_depth && index % 2 == 0 {
+                settings.gbuffer.preset = GbufferPreset::Float32;
+            }
+            // Some effects have nothing to do in some scenes.
+            if plan_for(&gpu.device, &scene, &settings).is_err() {
+                continue;
+            }
+            let classic = draw(gpu, &scene, &settings);
+            for (passes, sync, layouts) in crate::common::some_in_turn(&carriers(), index, 3) {
+                let carried = Settings { passes, sync, layouts, ..settings.clone() };
+                // What a device lacks is refused by name: the test below.
+                if plan_for(&gpu.device, &scene, &carried).is_err() {
+                    continue;
+                }
+                let picture = draw(gpu, &scene, &carried);
+                assert_identical(&classic, &picture, &format!("{name}, {passes}, sync {sync}, {layouts}"));
+                drawn += 1;
+            }
+        }
+        assert!(drawn >= 2 * frames().len(), "{drawn}");
+    });
+}
+
+#[test]
+fn what_a_device_lacks_for_a_carrier_is_refused_by_name() {
+    on_gpu(|gpu| {
+        let newer = gpu.device.physical.newer;
+        let (_, scene, plain) = frames().swap_remove(0);
+        let refused = |settings: Settings| match plan_for(&gpu.device, &scene, &settings) {
+            Ok(_) => String::new(),
+            Err(error) => error.to_string(),
+        };
+        let local = Settings { passes: Passes::LocalRead, ..plain.clone() };
+        let by_depth = refused(local.clone());
+        match (newer.local_read, newer.local_read_depth) {
+            (false, _) => assert!(by_depth.contains("VK_KHR_dynamic_rendering_local_read"), "{by_depth}"),
+            (true, false) => {
+                let property = "dynamicRenderingLocalReadDepthStencilAttachments";
+                assert!(by_depth.contains(property) && by_depth.contains("LIGHTING"), "{by_depth}");
+                let mut stored = local.clone();
+                stored.gbuffer.preset = GbufferPreset::Float32;
+                assert_eq!(refused(stored), "", "positions are colours");
+            }
+            (true, true) => assert_eq!(by_depth, ""),
+        }
+        let by_samples = refused(Settings { msaa: 4, ..local });
+        if newer.local_read && newer.local_read_depth && !newer.local_read_samples {
+            assert!(by_samples.contains("dynamicRenderingLocalReadMultisampledAttachments"), "{by_samples}");
+        }
+        let by_layouts = refused(Settings { layouts: ImageLayouts::Unified, ..plain.clone() });
+        assert_eq!(by_layouts.is_empty(), newer.unified_layouts, "{by_layouts}");
+        assert!(by_layouts.is_empty() || by_layouts.contains("VK_KHR_unified_image_layouts"), "{by_layouts}");
+        let by_api = refused(Settings { sync: SyncApi::Two, ..plain });
+        assert_eq!(by_api.is_empty(), newer.synchronization2, "{by_api}");
+        assert!(by_api.is_empty() || by_api.contains("VK_KHR_synchronization2"), "{by_api}");
+    });
+}
