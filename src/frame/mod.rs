@@ -165,9 +165,20 @@ pub struct Renderer {
 /// # Errors
 /// When the device cannot do what the settings ask for, or a view shows what the scene does not have.
 pub fn plan_for(device: &Device, scene: &Scene, settings: &Settings) -> Result<FramePlan, plan::PlanError> {
-    let capabilities = capabilities(&device.physical);
-    let plan = FramePlan::of(scene, settings, &capabilities)?;
-    list::local_read::check(&plan, &capabilities)?;
+    plan_with(&capabilities(&device.physical), scene, settings)
+}
+
+/// The same of a device with these capabilities.
+///
+/// # Errors
+/// As [`plan_for`].
+pub fn plan_with(
+    device: &plan::Capabilities,
+    scene: &Scene,
+    settings: &Settings,
+) -> Result<FramePlan, plan::PlanError> {
+    let plan = FramePlan::of(scene, settings, device)?;
+    list::local_read::check(&plan, device)?;
     Ok(plan)
 }
 

@@ -35,6 +35,7 @@ mod report;
 mod session;
 mod stress;
 mod table;
+mod traffic;
 #[cfg(feature = "report")]
 mod tune;
 mod typed;

@@ -15,6 +15,7 @@ use std::fmt;
 
 use rayon::prelude::*;
 
+use afterlight::frame::plan_with;
 use afterlight::frame::proof::{FrameModel, Hazard};
 use afterlight::frame::rows::unreported_mutants::RowPart;
 use afterlight::frame::rows::{self, PassName, Row, Rows, Side, SyncKind};
@@ -47,9 +48,9 @@ impl MutantCase {
     /// The plan of its frames on a device.
     ///
     /// # Errors
-    /// As [`FramePlan::of`].
+    /// As [`plan_with`].
     pub fn plan(&self, device: &Capabilities) -> Result<FramePlan, plan::PlanError> {
-        let plan = FramePlan::of(&self.scene, &self.settings, device)?;
+        let plan = plan_with(device, &self.scene, &self.settings)?;
         Ok(match self.presented {
             Some(path) => presented(plan, path),
             None => plan,

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Instant;
 
-use afterlight::frame::{self, Picture, Pixels, Renderer, capabilities, rows};
+use afterlight::frame::{self, Picture, Pixels, Renderer, capabilities, plan_with, rows};
 use afterlight::gpu::{self, Device, DeviceChoice, MemoryReport};
 use afterlight::plan::{self, Capabilities, FramePlan};
 use afterlight::scene::{
@@ -113,7 +113,7 @@ impl CaseSetup {
 
     /// Returns the plan, or the reason for having none: the device lacks something, or the case's settings do not go together.
     fn plan(&self, device: &Device) -> Result<FramePlan, Abort> {
-        let of = |device: &Capabilities| FramePlan::of(&self.scene, &self.settings, device);
+        let of = |device: &Capabilities| plan_with(device, &self.scene, &self.settings);
         of(&capabilities(&device.physical)).map_err(|error: plan::PlanError| match of(&Capabilities::ample()) {
             Ok(_) => Abort { verdict: Verdict::Skip, why: error.to_string() },
             Err(_) => Abort::fail(error.to_string()),
@@ -268,6 +268,19 @@ fn identical(
     if count > 1 {
         report.hold(CheckKind::Determinism, true, format!("{count} pictures are equal to the byte"));
     }
+    let Some(other) = &case.holds.alike else { return Ok(()) };
+    let patch: SettingsPatch = other.parse().map_err(|error: scene::Error| Abort::fail(error.to_string()))?;
+    let settings = patch.or(&setup.settings.patch()).decide();
+    let picture = setup.picture(&mut Renderer::new(device, &setup.scene, &settings)?)?;
+    let differ = differing(first, &picture);
+    if differ > 0 {
+        evidence.picture("picture-alike.png", &picture);
+    }
+    let detail = match differ {
+        0 => format!("the picture of {other} is equal to the byte"),
+        _ => format!("the picture of {other} differs in {}", counted(differ, "pixel")),
+    };
+    report.hold(CheckKind::Determinism, differ == 0, detail);
     Ok(())
 }
 

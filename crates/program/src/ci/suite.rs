@@ -71,6 +71,9 @@ impl SceneSource {
 pub struct Checks {
     /// So many pictures of as many renderers must be equal to the byte.
     pub identical: u32,
+    /// Settings with which the picture must be the same to the byte.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub alike: Option<String>,
     /// The greatest mean FLIP error against the picture of the baseline; not checked where the baseline has none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub flip: Option<f64>,
@@ -197,6 +200,7 @@ struct CaseKeys {
     time: Option<f64>,
     timeout: Option<f64>,
     identical: Option<u32>,
+    alike: Option<String>,
     flip: Option<f64>,
     truth: Option<TruthTolerance>,
     validate: Option<Vec<ValidationMode>>,
@@ -210,7 +214,7 @@ struct CaseKeys {
     others: BTreeMap<String, toml::Value>,
 }
 
-const KEYS: [&str; 15] = [
+const KEYS: [&str; 16] = [
     "group",
     "each",
     "scene",
@@ -218,6 +222,7 @@ const KEYS: [&str; 15] = [
     "time",
     "timeout",
     "identical",
+    "alike",
     "flip",
     "truth",
     "validate",
@@ -236,6 +241,7 @@ impl CaseKeys {
             time: self.time.or(other.time),
             timeout: self.timeout.or(other.timeout),
             identical: self.identical.or(other.identical),
+            alike: self.alike.or_else(|| other.alike.clone()),
             flip: self.flip.or(other.flip),
             truth: self.truth.or(other.truth),
             validate: self.validate.or_else(|| other.validate.clone()),
@@ -427,6 +433,7 @@ impl CaseEntry {
         let of = |(name, more): (String, String)| {
             check_name("variant", &name)?;
             let said = |text: &str| text.parse::<SettingsPatch>().map_err(|error| format!("{group}.{name}: {error}"));
+            keys.alike.as_deref().map(said).transpose()?;
             let settings = said(&more)?.or(&said(keys.settings.as_deref().unwrap_or_default())?);
             Ok(SuiteCase {
                 name: format!("{group}.{name}"),
@@ -436,6 +443,7 @@ impl CaseEntry {
                 timeout: keys.timeout.unwrap_or(60.0),
                 holds: Checks {
                     identical: keys.identical.unwrap_or(2),
+                    alike: keys.alike.clone(),
                     flip: keys.flip,
                     truth: keys.truth,
                     validate: keys.validate.clone().unwrap_or_default(),

@@ -179,7 +179,20 @@ fn limits(device: &PhysicalDevice) -> Vec<(&'static str, String)> {
         ("anisotropic filtering", anisotropy(&capabilities(device))),
         ("depth clamp", yes_no(device.features.depth_clamp == vk::TRUE)),
         ("the view triangle", yes_no(device.features.geometry_shader == vk::TRUE)),
+        ("--passes local-read", local_read(&capabilities(device))),
+        ("--sync 2", yes_no(capabilities(device).synchronization2)),
+        ("--layouts unified", yes_no(capabilities(device).unified_layouts)),
     ]
+}
+
+fn local_read(device: &Capabilities) -> String {
+    match (device.local_read, device.local_read_depth, device.local_read_samples) {
+        (false, ..) => "no".into(),
+        (true, true, true) => "yes".into(),
+        (true, true, false) => "yes, of one sample a pixel".into(),
+        (true, false, true) => "of colour: a G-buffer needs positions".into(),
+        (true, false, false) => "of colour with one sample a pixel: a G-buffer needs positions".into(),
+    }
 }
 
 fn anisotropy(device: &Capabilities) -> String {
