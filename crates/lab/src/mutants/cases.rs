@@ -9,8 +9,8 @@ use super::scenes::{deformed, glaze, glow, lamplit, plain, sunlit, textured};
 use afterlight::frame::rows::{self, Row};
 use afterlight::plan::{self, Capabilities, Variation};
 use afterlight::scene::{
-    Culling, GbufferPreset, LightPath, OptionalPart, Output, Resolve, Scene, Settings, ShadowSettings, Transparency,
-    View,
+    Culling, GbufferPreset, ImageLayouts, LightPath, OptionalPart, Output, Passes, Resolve, Scene, Settings,
+    ShadowSettings, SyncApi, Transparency, View,
 };
 
 /// Variations of the whole frame. Each is tried alone, and with each other one.
@@ -125,7 +125,43 @@ fn find() -> Vec<MutantCase> {
     let mut cases = with_new_rows(sets().iter().map(|set| varied(set)).collect(), &mut seen);
     let shown = with_new_rows(shown(&cases), &mut seen);
     cases.extend(shown);
+    let carried = with_new_rows(carried(), &mut seen);
+    cases.extend(carried);
     cases
+}
+
+/// Ways to carry a frame beside render passes with subpasses.
+const CARRIERS: &[Variation] = &[
+    Variation::of("each subpass stored", |settings| settings.passes = Passes::Stored),
+    Variation::of("by local read", |settings| settings.passes = Passes::LocalRead),
+    Variation::of("synchronization 2", |settings| settings.sync = SyncApi::Two),
+    Variation::of("unified layouts", |settings| settings.layouts = ImageLayouts::Unified),
+];
+
+/// The variations that [`CARRIERS`] are tried with, by their names: each gives rows of another kind.
+const CARRIED: &[&[&str]] = &[
+    &[],
+    &["textured"],
+    &["sunlit", "glowing", "weighted", "toned"],
+    &["fog", "sorted"],
+    &["occluded", "glowing"],
+    &["mirrored", "fog"],
+    &["bloom", "over time"],
+    &["forward", "weighted"],
+    &["compute"],
+    &["in floats", "glowing"],
+    &["with tinted shadows"],
+];
+
+/// Frames carried in other ways.
+fn carried() -> Vec<MutantCase> {
+    let all: Vec<&Variation> = FRAME.iter().chain(PASSES).chain(plan::variations()).collect();
+    let named = |name: &&str| all.iter().copied().find(|own| own.name == *name);
+    let sets = CARRIED.iter().map(|names| names.iter().filter_map(named).collect::<Vec<_>>());
+    let with = |set: Vec<&'static Variation>| {
+        CARRIERS.iter().map(move |carrier| varied(&[&set[..], &[carrier]].concat())).collect::<Vec<_>>()
+    };
+    sets.flat_map(with).collect()
 }
 
 /// The same frames as a window shows them, in both ways for a picture to come there.
@@ -145,4 +181,22 @@ fn shown(cases: &[MutantCase]) -> Vec<MutantCase> {
 #[cfg(not(feature = "present"))]
 fn shown(_: &[MutantCase]) -> Vec<MutantCase> {
     Vec::new()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn carried_frames_are_of_variations_that_exist() {
+        let all: Vec<&str> = FRAME.iter().chain(PASSES).chain(plan::variations()).map(|own| own.name).collect();
+        for name in CARRIED.iter().copied().flatten() {
+            assert!(all.contains(name), "no variation is named {name}");
+        }
+        let cases = cases();
+        for carrier in CARRIERS {
+            let count = cases.iter().filter(|case| case.name.ends_with(carrier.name)).count();
+            assert!(count >= 2, "{count} cases {}", carrier.name);
+        }
+    }
 }

@@ -3,6 +3,7 @@
 //! [`afterlight::frame::proof`] computes from the specification that each mutant loses something. A mutant that a layer does not report is expected
 //! where [`unreported_mutants`](afterlight::frame::rows::unreported_mutants) argues it, or the layer is too old ([`older`]) or too new ([`newer`]), and a failure elsewhere.
 
+mod carried;
 mod cases;
 mod laboratory;
 mod newer;
@@ -24,6 +25,7 @@ use afterlight::plan::{self, Capabilities, Encoding, FramePlan, PresentTarget, T
 use afterlight::scene::{Scene, Settings};
 
 pub use afterlight::frame::experiment::PresentPath;
+pub use carried::CarriedFrames;
 pub use cases::cases;
 pub use laboratory::{BrokenRules, Laboratory, MutantError};
 pub use newer::Hidden;
@@ -45,6 +47,26 @@ pub struct MutantCase {
 }
 
 impl MutantCase {
+    /// Returns true if a device can carry its frames in the way that they ask for.
+    pub fn is_for(&self, device: &Capabilities) -> bool {
+        let lacks = |error: &plan::PlanError| match error {
+            plan::PlanError::Refused(refusal) => {
+                ["--passes local-read", "--sync 2", "--layouts unified"].contains(&refusal.what)
+            }
+            _ => false,
+        };
+        !self.plan(device).is_err_and(|error| lacks(&error))
+    }
+
+    /// The plan of its frames on a device, or on one that can do everything where this one lacks what carries them.
+    ///
+    /// # Errors
+    /// As [`plan_with`].
+    pub fn plan_or_ample(&self, device: &Capabilities) -> Result<FramePlan, plan::PlanError> {
+        let ample = Capabilities::ample();
+        self.plan(if self.is_for(device) { device } else { &ample })
+    }
+
     /// The plan of its frames on a device.
     ///
     /// # Errors
@@ -89,6 +111,21 @@ impl Mutant<'_> {
         let letters = self.case.name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' });
         let slug = letters.collect::<String>().split('-').filter(|word| !word.is_empty()).collect::<Vec<_>>().join("-");
         format!("mutants.{}.{}.{slug}", self.row.name, PartName(self.part))
+    }
+
+    /// All rows of the plan.
+    fn rows_of_plan(&self) -> Rows {
+        rows::table(self.plan)
+    }
+
+    /// The mutant in the words of the first API of synchronization, in which reasons for a layer's silence are written.
+    fn coarse(&self) -> Self {
+        let part = match self.part {
+            RowPart::Bits(side, bits) => RowPart::Bits(side, bits.coarse()),
+            part => part,
+        };
+        let row = Row { before: self.row.before.coarse(), after: self.row.after.coarse(), ..self.row.clone() };
+        Self { row, part, ..self.clone() }
     }
 
     /// Returns the hazards that the specification's rules find in its frames. There is always one.

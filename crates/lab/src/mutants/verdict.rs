@@ -1,6 +1,6 @@
 //! Verdicts on a layer: a mutant is noticed, or missed for a known reason, or not.
 
-use super::{BrokenRules, Hidden, Mutant, OlderLayers, newer, older};
+use super::{BrokenRules, CarriedFrames, Hidden, Mutant, OlderLayers, carried, newer, older};
 use afterlight::frame::rows::unreported_mutants::{self, UnreportedMutants};
 
 /// Why a layer's silence is expected.
@@ -12,6 +12,8 @@ pub enum Miss {
     Older(&'static OlderLayers),
     /// Older layers notice it.
     Newer(&'static Hidden),
+    /// Its frames are carried in another way.
+    Carried(&'static CarriedFrames),
 }
 
 impl Miss {
@@ -21,6 +23,7 @@ impl Miss {
             Self::Argued(entry) => entry.why,
             Self::Older(entry) => entry.why,
             Self::Newer(entry) => entry.why,
+            Self::Carried(entry) => entry.why,
         }
     }
 }
@@ -40,6 +43,9 @@ pub enum MutantVerdict {
 
 /// The verdict on a layer of this version.
 pub fn verdict(layer: u32, mutant: &Mutant, broken: &BrokenRules) -> MutantVerdict {
+    if carried::is_carried(mutant) {
+        return of_carried(layer, mutant, broken);
+    }
     let argued = unreported_mutants::reason(mutant.plan, &mutant.row, mutant.part)
         .filter(|entry| entry.seen_from.is_none_or(|first| layer < first));
     let older = || older::reason(layer, mutant).map(Miss::Older);
@@ -50,4 +56,21 @@ pub fn verdict(layer: u32, mutant: &Mutant, broken: &BrokenRules) -> MutantVerdi
         (false, Some(miss)) => MutantVerdict::ExpectedMiss(miss),
         (false, None) => MutantVerdict::UnexpectedMiss,
     }
+}
+
+/// The same of frames that are carried in another way than those by which the other reasons were found.
+fn of_carried(layer: u32, mutant: &Mutant, broken: &BrokenRules) -> MutantVerdict {
+    if broken.anything() {
+        return MutantVerdict::Noticed;
+    }
+    let own = carried::reason(layer, mutant).map(Miss::Carried);
+    let coarse = mutant.coarse();
+    let argued = || {
+        unreported_mutants::reason(coarse.plan, &coarse.row, coarse.part)
+            .filter(|entry| entry.seen_from.is_none_or(|first| layer < first))
+            .map(Miss::Argued)
+    };
+    let older = || older::reason(layer, &coarse).map(Miss::Older);
+    let newer = || newer::reason(layer, &coarse).map(Miss::Newer);
+    own.or_else(argued).or_else(older).or_else(newer).map_or(MutantVerdict::UnexpectedMiss, MutantVerdict::ExpectedMiss)
 }

@@ -82,7 +82,7 @@ pub fn run(choice: &MutantSelection, folder: Option<&Path>, quiet: bool) -> Resu
     let refused =
         |case: &MutantCase, error| Failure::new(Exit::BadInput, format!("cannot plan \"{}\": {error}", case.name));
     let plans: Result<Vec<FramePlan>, Failure> =
-        cases.iter().map(|case| case.plan(&device).map_err(|error| refused(case, error))).collect();
+        cases.iter().map(|case| case.plan_or_ample(&device).map_err(|error| refused(case, error))).collect();
     let plans = plans?;
     let judged = judge(&laboratory, choice, (&cases, &plans), quiet)?;
     let report = MutationReport { laboratory: &laboratory, judged: &judged, seconds: begun.elapsed().as_secs_f64() };
@@ -111,7 +111,8 @@ fn judge<'a>(
     if chosen.is_empty() {
         return Err(Failure::new(Exit::BadInput, "no mutant has such a name; `afterlight ci --mutants` names all"));
     }
-    let can_be_drawn = |case: &MutantCase| laboratory.presents() || case.presented.is_none();
+    let device = capabilities(&laboratory.device().physical);
+    let can_be_drawn = |case: &MutantCase| (laboratory.presents() || case.presented.is_none()) && case.is_for(&device);
     let drawn: Vec<Mutant> =
         chosen.iter().map(|(_, mutant)| mutant).filter(|mutant| can_be_drawn(mutant.case)).cloned().collect();
     let is_used = |case: &MutantCase| drawn.iter().any(|mutant| std::ptr::eq(mutant.case, case));
@@ -295,6 +296,7 @@ impl<'a> MutationReport<'a> {
                         version(entry.from)
                     )
                 }
+                Miss::Carried(entry) => writeln!(text, "{number}. {}.", sentence(entry.why)),
                 Miss::Older(entry) => {
                     writeln!(text, "{number}. {}. Layer {} notices it.", sentence(entry.why), version(entry.seen_from))
                 }
@@ -328,9 +330,14 @@ impl<'a> MutationReport<'a> {
         line("expected misses: older layers notice them", &|own| {
             own.status() == Status::ExpectedFail && matches!(own.miss(), Some(Miss::Newer(_)))
         });
+        line("expected misses: frames are carried otherwise", &|own| {
+            own.status() == Status::ExpectedFail && matches!(own.miss(), Some(Miss::Carried(_)))
+        });
         line("unexpected misses", &|own| own.status() == Status::Fail);
         line("unexpected notices", &|own| matches!(own.status(), Status::UnexpectedImprovement(_)));
-        line("not drawn: no surface without a display", &|own| own.status() == Status::Skip);
+        line("not drawn: no surface without a display, or the device cannot carry frames so", &|own| {
+            own.status() == Status::Skip
+        });
         text
     }
 
@@ -347,6 +354,7 @@ impl<'a> MutationReport<'a> {
             Miss::Newer(entry) => (0, std::ptr::from_ref(*entry).addr()),
             Miss::Older(entry) => (1, std::ptr::from_ref(*entry).addr()),
             Miss::Argued(entry) => (2, std::ptr::from_ref(*entry).addr()),
+            Miss::Carried(entry) => (3, std::ptr::from_ref(*entry).addr()),
         });
         reasons
     }
@@ -424,6 +432,7 @@ fn is_same(one: Miss, other: Miss) -> bool {
         (Miss::Argued(one), Miss::Argued(other)) => std::ptr::eq(one, other),
         (Miss::Older(one), Miss::Older(other)) => std::ptr::eq(one, other),
         (Miss::Newer(one), Miss::Newer(other)) => std::ptr::eq(one, other),
+        (Miss::Carried(one), Miss::Carried(other)) => std::ptr::eq(one, other),
         _ => false,
     }
 }

@@ -1,0 +1,163 @@
+//! Blind spots of layers in frames that are carried in other ways than by render passes with subpasses, by the API of Vulkan 1.0, and in optimal layouts.
+//!
+//! The reasons of the other lists were found with frames carried so, and may hold here or not. So a notice is never unexpected here.
+
+use super::Mutant;
+use afterlight::frame::layout_changes;
+use afterlight::frame::rows::unreported_mutants::{LAYER, NEWEST, RowPart};
+use afterlight::frame::rows::{PassName, Row, Side, SyncKind};
+use afterlight::gpu::sync::{Layouts, SyncVersion};
+use afterlight::gpu::vk::{AccessFlags2 as A, PipelineStageFlags2 as S};
+use afterlight::scene::Passes;
+
+/// Mutants of such frames that layers may not notice, for one reason.
+#[derive(Debug)]
+pub struct CarriedFrames {
+    /// The layers, packed as Vulkan packs them.
+    is_of: fn(u32) -> bool,
+    is_about: fn(&Mutant) -> bool,
+    /// Why they stay silent, in a sentence.
+    pub why: &'static str,
+}
+
+/// Returns true if the frames of a mutant are carried in another way.
+pub fn is_carried(mutant: &Mutant) -> bool {
+    let plan = mutant.plan;
+    (plan.passes, plan.sync, plan.layouts) != (Passes::Subpasses, SyncVersion::One, Layouts::Optimal)
+}
+
+/// The first reason for which a layer of this version may miss a mutant.
+pub fn reason(layer: u32, mutant: &Mutant) -> Option<&'static CarriedFrames> {
+    CARRIED_FRAMES.iter().find(|entry| (entry.is_of)(layer) && (entry.is_about)(mutant))
+}
+
+/// The accesses and stages of attachments that are tested and drawn.
+const DRAWN: A = A::from_raw(
+    A::COLOR_ATTACHMENT_READ.as_raw()
+        | A::COLOR_ATTACHMENT_WRITE.as_raw()
+        | A::DEPTH_STENCIL_ATTACHMENT_READ.as_raw()
+        | A::DEPTH_STENCIL_ATTACHMENT_WRITE.as_raw(),
+);
+const DRAWS: S = S::from_raw(
+    S::COLOR_ATTACHMENT_OUTPUT.as_raw() | S::EARLY_FRAGMENT_TESTS.as_raw() | S::LATE_FRAGMENT_TESTS.as_raw(),
+);
+
+/// The bits that are missing, if it is not all of the row.
+fn bits(mutant: &Mutant) -> Option<(Side, S, A)> {
+    match mutant.part {
+        RowPart::Bits(side, bits) => Some((side, bits.stage, bits.access)),
+        RowPart::Row | RowPart::AcrossSamples => None,
+    }
+}
+
+/// Returns true for bits of attachments that are drawn into or tested.
+fn is_of_drawing(mutant: &Mutant) -> bool {
+    bits(mutant).is_some_and(|(_, stage, access)| DRAWS.contains(stage) && DRAWN.contains(access))
+}
+
+/// Returns true if a render pass waits by the row for an earlier one of its frame.
+fn is_between_render_passes(row: &Row) -> bool {
+    row.carrier.is_render_pass() && !row.is_between_subpasses() && row.from != PassName::OUTSIDE
+}
+
+fn changes_a_layout(mutant: &Mutant) -> bool {
+    !layout_changes(mutant.plan, &mutant.rows_of_plan(), &mutant.row).is_empty()
+}
+
+/// Returns true if the draws that must be over come after a barrier of the same rendering.
+fn follows_a_barrier(mutant: &Mutant) -> bool {
+    let table = mutant.rows_of_plan();
+    let first = mutant.row.from;
+    table.of(mutant.row.carrier).any(|other| other.is_between_subpasses() && other.waiting.contains(&first))
+}
+
+static CARRIED_FRAMES: &[CarriedFrames] = &[
+    CarriedFrames {
+        is_of: |_| true,
+        is_about: |mutant| {
+            let is_row = mutant.part == RowPart::Row && !changes_a_layout(mutant);
+            mutant.plan.passes == Passes::Stored
+                && is_between_render_passes(&mutant.row)
+                && (is_row || is_of_drawing(mutant))
+        },
+        why: "the layer takes attachments that one render pass stores and the next one loads in the same layout to be in rasterization order. That order holds within a subpass",
+    },
+    CarriedFrames {
+        is_of: |layer| layer <= LAYER,
+        is_about: |mutant| mutant.plan.passes == Passes::LocalRead && mutant.row.is_between_subpasses(),
+        why: "the layer does not look at what draws read of attachments inside of vkCmdBeginRendering",
+    },
+    CarriedFrames {
+        is_of: |layer| layer > LAYER,
+        is_about: |mutant| {
+            mutant.plan.passes == Passes::LocalRead && mutant.row.is_between_subpasses() && is_of_drawing(mutant)
+        },
+        why: "the layer takes all that draws of one rendering do to colour and depth to be in rasterization order, also the drop of depth at its end. Local read orders \
+              draws by barriers alone where one reads what another wrote",
+    },
+    CarriedFrames {
+        is_of: |layer| layer > LAYER,
+        is_about: |mutant| {
+            mutant.plan.passes == Passes::LocalRead
+                && mutant.row.is_between_subpasses()
+                && (follows_a_barrier(mutant) || mutant.row.from == mutant.row.to || is_tested_alone(&mutant.row))
+        },
+        why: "after the first barrier inside of a rendering the layer does not see what draws write to an attachment that was written before it: a later draw that reads it \
+              without a barrier is taken to wait for the first one",
+    },
+    CarriedFrames {
+        is_of: |_| true,
+        is_about: |mutant| {
+            let is_first_scope = matches!(mutant.part, RowPart::Row | RowPart::Bits(Side::Before, _));
+            mutant.plan.passes == Passes::LocalRead && mutant.row.from == PassName::OUTSIDE && is_first_scope
+        },
+        why: "where another row of the frame is a barrier on all memory before a rendering, as those of subpasses without a change of layout are, the layer lets it order all earlier frames. \
+              It is about what its own pass touches",
+    },
+    CarriedFrames {
+        is_of: |layer| layer > LAYER,
+        is_about: |mutant| {
+            mutant.plan.sync == SyncVersion::Two
+                && bits(mutant) == Some((Side::After, S::VERTEX_ATTRIBUTE_INPUT, A::empty()))
+        },
+        why: "the layer no longer looks at the vertices that an indexed draw fetches (`ValidateDrawVertexIndex` of its source says so), only at the indices",
+    },
+    CarriedFrames {
+        is_of: |layer| layer >= NEWEST,
+        is_about: |mutant| {
+            let is_of_buffer = mutant.row.carrier == SyncKind::BufferBarrier && mutant.row.from == PassName::OUTSIDE;
+            mutant.plan.sync == SyncVersion::Two && is_of_buffer
+        },
+        why: "the layer lets another row from the last frame order it, which waits for the same stage and is about something else",
+    },
+    CarriedFrames {
+        is_of: |_| true,
+        is_about: |mutant| {
+            let reads = bits(mutant) == Some((Side::After, S::empty(), A::SHADER_STORAGE_READ));
+            reads && mutant.row.after.access.contains(A::SHADER_STORAGE_WRITE)
+        },
+        why: "the layer takes what a dispatch reads to be ordered by what it writes of the same buffer or image. What was there must be visible to both accesses",
+    },
+    CarriedFrames {
+        is_of: |_| true,
+        is_about: |mutant| {
+            let is_copied = bits(mutant).is_some_and(|(side, stage, _)| side == Side::Before && stage == S::COPY);
+            mutant.plan.sync == SyncVersion::Two && mutant.row.label == "upload-to-textures" && is_copied
+        },
+        why: "the scene has textures with levels alone, of which blits write the last. Of a texture without levels the copy is the last write",
+    },
+    CarriedFrames {
+        is_of: |_| true,
+        is_about: |mutant| {
+            let reads_again = mutant.row.before.access.is_empty() || mutant.row.label == "geometry-to-fog";
+            mutant.plan.layouts == Layouts::Unified && (reads_again || mutant.row.label == "hdr-to-reflect-resolve")
+        },
+        why: "without a change of layout the row orders a read after another read, or a write after reads: the layer does not hold a read against the write before it if it \
+              happens after another read (`IsRAWHazard` of its source), to which alone the write need be visible",
+    },
+];
+
+/// Returns true if the pass that waits tests depth, and reads no attachment otherwise.
+fn is_tested_alone(row: &Row) -> bool {
+    !row.after.access.contains(A::INPUT_ATTACHMENT_READ)
+}
