@@ -187,6 +187,19 @@ impl LayerSetup {
     }
 }
 
+#[test]
+fn a_device_that_breaks_a_promise_and_one_without_graphics_are_refused_in_a_sentence() {
+    let setup = LayerSetup::new();
+    for (profile, says) in
+        [("broken-promise", "VK_KHR_synchronization2"), ("no-graphics", "has no queue for graphics and compute")]
+    {
+        let output = setup.run(Some(profile), &["render", "builtin:triangle", "--size", "16x9", "--output", "-"]);
+        let told = String::from_utf8_lossy(&output.stderr);
+        assert!(!output.status.success() && told.contains(says), "{profile}: {told}");
+        assert_eq!(told.trim().lines().count(), 1, "{told}");
+    }
+}
+
 /// Pictures are the same where no channel is off by more than a code: other formats of the G-buffer and of light round otherwise.
 fn differs(a: &image::RgbImage, b: &image::RgbImage) -> Option<String> {
     assert_eq!(a.dimensions(), b.dimensions());

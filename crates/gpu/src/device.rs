@@ -431,8 +431,18 @@ fn create(
     }
     // SAFETY: the device was listed by this instance; it has these extensions and features; all that the structures
     // point to lives until the call returns.
-    unsafe { instance.raw().create_device(physical.raw, &info, None) }
-        .doing("vkCreateDevice", || format!("opening the device '{}'", physical.name))
+    let opened = unsafe { instance.raw().create_device(physical.raw, &info, None) };
+    if let Err(result @ (vk::Result::ERROR_EXTENSION_NOT_PRESENT | vk::Result::ERROR_FEATURE_NOT_PRESENT)) = opened {
+        let mut listed: Vec<_> =
+            features.extensions().chain(required.iter().copied()).map(CStr::to_string_lossy).collect();
+        listed.sort_unstable();
+        return Err(Error::Unsupported(format!(
+            "'{}' lists {} and does not open with all of them ({result:?}): a fault of its driver or of a layer",
+            physical.name,
+            listed.join(", ")
+        )));
+    }
+    opened.doing("vkCreateDevice", || format!("opening the device '{}'", physical.name))
 }
 
 #[cfg(test)]

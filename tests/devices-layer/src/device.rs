@@ -54,7 +54,7 @@ unsafe fn refused(
     let lacking = (0..count as usize).any(|index| {
         // SAFETY: there are so many names, each of them a string that ends in NUL.
         let name = unsafe { CStr::from_ptr(names.add(index).read()) };
-        !extensions.iter().any(|own| own.extension_name_as_c_str() == Ok(name))
+        parent.profile.breaks(name) || !extensions.iter().any(|own| own.extension_name_as_c_str() == Ok(name))
     });
     // SAFETY: as above.
     let admits = unsafe { names_extension((count, names), ash::khr::portability_subset::NAME) };

@@ -17,14 +17,20 @@ pub enum Profile {
     Phone,
     /// 4 kB of shared memory in compute shaders.
     SmallSharedMemory,
+    /// The device below, which does not open with an extension that it lists: VK_KHR_synchronization2.
+    BrokenPromise,
+    /// The device below without a queue for graphics.
+    NoGraphics,
 }
 
 /// The profiles by their words in `AFTERLIGHT_PLAYS`.
-pub const PROFILES: [(&str, Profile); 4] = [
+pub const PROFILES: [(&str, Profile); 6] = [
     ("portability", Profile::Portability),
     ("least", Profile::Least),
     ("phone", Profile::Phone),
     ("small-shared-memory", Profile::SmallSharedMemory),
+    ("broken-promise", Profile::BrokenPromise),
+    ("no-graphics", Profile::NoGraphics),
 ];
 
 /// A multiple of which the strides of vertex bindings are where the portability subset is.
@@ -48,6 +54,7 @@ impl Profile {
             Self::Least => limits::least(),
             Self::Phone => limits::phone(),
             Self::SmallSharedMemory => limits::small_shared_memory(*real),
+            Self::BrokenPromise | Self::NoGraphics => *real,
         };
         limits::within(played, real)
     }
@@ -66,7 +73,7 @@ impl Profile {
     pub fn features(self, real: &vk::PhysicalDeviceFeatures) -> vk::PhysicalDeviceFeatures {
         let none = vk::PhysicalDeviceFeatures::default();
         match self {
-            Self::SmallSharedMemory => *real,
+            Self::SmallSharedMemory | Self::BrokenPromise | Self::NoGraphics => *real,
             // Metal has no geometry shaders, wide lines, logic operations or bounds of depth.
             Self::Portability => vk::PhysicalDeviceFeatures {
                 geometry_shader: vk::FALSE,
@@ -100,10 +107,15 @@ impl Profile {
     /// Returns true if it has this extension, which the device below has.
     pub fn keeps(self, extension: &CStr) -> bool {
         match self {
-            Self::Portability | Self::SmallSharedMemory => true,
+            Self::Portability | Self::SmallSharedMemory | Self::BrokenPromise | Self::NoGraphics => true,
             Self::Least => extension == ash::khr::swapchain::NAME,
             Self::Phone => [ash::khr::swapchain::NAME, ash::khr::driver_properties::NAME].contains(&extension),
         }
+    }
+
+    /// Returns true if it does not open with this extension, which it lists.
+    pub fn breaks(self, extension: &CStr) -> bool {
+        self == Self::BrokenPromise && extension == ash::khr::synchronization2::NAME
     }
 
     /// Returns true if it has no more of Vulkan than 1.1.
@@ -119,13 +131,16 @@ impl Profile {
     pub fn format(self, format: vk::Format, real: vk::FormatFeatureFlags) -> vk::FormatFeatureFlags {
         match self {
             Self::Least | Self::Phone => real & formats::required(format),
-            Self::Portability | Self::SmallSharedMemory => real,
+            Self::Portability | Self::SmallSharedMemory | Self::BrokenPromise | Self::NoGraphics => real,
         }
     }
 
     pub fn queue_family(self, own: &mut vk::QueueFamilyProperties) {
         if self == Self::Least {
             (own.queue_count, own.timestamp_valid_bits) = (own.queue_count.min(1), 0);
+        }
+        if self == Self::NoGraphics {
+            own.queue_flags &= !vk::QueueFlags::GRAPHICS;
         }
     }
 

@@ -207,7 +207,7 @@ fn note_lines(row: &Row) -> Vec<TextLine> {
     };
     add(Font::Prose, "", INDENT, "", &row.why);
     for (word, side) in [("after", row.before), ("before", row.after)] {
-        let (stages, access) = (words(&side.stage), words_of(&side.access));
+        let (stages, access) = (side.stages(), or_none(side.accesses()));
         let both = format!("{stages}: {access}");
         if masks + Font::Code.width(&both) + 10.0 < WIDTH {
             add(Font::Code, "", masks, word, &both);
@@ -223,9 +223,8 @@ fn note_lines(row: &Row) -> Vec<TextLine> {
     lines
 }
 
-/// Flags by their names; `no access` where a side has none.
-fn words_of(flags: &impl Debug) -> String {
-    let text = format!("{flags:?}");
+/// The accesses of a side; `no access` where it has none.
+fn or_none(text: String) -> String {
     if text.is_empty() { "no access".into() } else { text }
 }
 
