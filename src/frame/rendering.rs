@@ -66,7 +66,7 @@ impl Rendering {
             let (_, own) = self.description.attachments[index];
             let info = vk::RenderingAttachmentInfo::default()
                 .image_view(images[index].view)
-                .image_layout(self.layout(index))
+                .image_layout(self.description.rendering_layout(index))
                 .load_op(own.load_op)
                 .store_op(own.store_op)
                 .clear_value(clears.get(index).copied().unwrap_or_default());
@@ -74,7 +74,7 @@ impl Rendering {
                 Some((_, into)) => info
                     .resolve_mode(vk::ResolveModeFlags::AVERAGE)
                     .resolve_image_view(images[into].view)
-                    .resolve_image_layout(self.layout(into)),
+                    .resolve_image_layout(self.description.rendering_layout(into)),
                 None => info,
             }
         };
@@ -86,7 +86,7 @@ impl Rendering {
             info = info.depth_attachment(depth);
         }
         // SAFETY: `cmd` is being recorded outside a render pass, and the images are in these layouts: barriers above, or the uses before, have left them so.
-        unsafe { device.raw.cmd_begin_rendering(cmd, &info) };
+        unsafe { device.raw.begin_rendering(cmd, &self.description.name.to_string(), &info) };
         for ((index, subpass), place) in (0..).zip(subpasses).zip(&self.places) {
             for row in self.rows(|ends| ends[1] == index && ends[0] != vk::SUBPASS_EXTERNAL) {
                 barrier::local_barrier(device, cmd, row.order());
@@ -107,24 +107,16 @@ impl Rendering {
         self.description.dependencies.iter().filter(move |(_, ends)| are(*ends)).map(|(row, _)| row)
     }
 
-    /// The layout of an attachment during the rendering.
-    fn layout(&self, index: usize) -> vk::ImageLayout {
-        let all = self.description.subpasses.iter();
-        all.flat_map(SubpassAttachments::references)
-            .find(|own| own.attachment as usize == index)
-            .map_or(vk::ImageLayout::UNDEFINED, |own| own.layout)
-    }
-
     /// The barriers before the rendering.
     fn enter(&self, (device, cmd): (&Device, vk::CommandBuffer), images: &[Rendered]) {
-        let change = |index: usize| [self.description.attachments[index].1.initial_layout, self.layout(index)];
+        let change = |index: usize| [self.description.attachments[index].1.initial_layout, self.description.rendering_layout(index)];
         let changes = self.description.changes_at_the_start();
         self.carry_out((device, cmd), images, &changes, change);
     }
 
     /// The barriers after it.
     fn leave(&self, (device, cmd): (&Device, vk::CommandBuffer), images: &[Rendered]) {
-        let change = |index: usize| [self.layout(index), self.description.attachments[index].1.final_layout];
+        let change = |index: usize| [self.description.rendering_layout(index), self.description.attachments[index].1.final_layout];
         let changes = self.description.changes_at_the_end();
         self.carry_out((device, cmd), images, &changes, change);
     }
@@ -160,6 +152,13 @@ pub struct AroundRendering {
 }
 
 impl PassDescription {
+    /// The layout that an attachment has in all subpasses that use it, where they are parts of one rendering.
+    pub fn rendering_layout(&self, index: usize) -> vk::ImageLayout {
+        let mut all = self.subpasses.iter().flat_map(SubpassAttachments::references);
+        let own = all.find(|own| own.attachment as usize == index);
+        own.map_or(vk::ImageLayout::UNDEFINED, |own| own.layout)
+    }
+
     /// The barriers before the rendering, in their order.
     pub fn changes_at_the_start(&self) -> Vec<AroundRendering> {
         let first = |index: usize| self.users(index).next();

@@ -52,6 +52,19 @@ impl Functions {
         }
     }
 
+    /// Records `vkCmdBeginRendering`. Vulkan has no object for it: the journal has this name, as that of a render pass.
+    ///
+    /// # Safety
+    /// As the function of the extension.
+    pub unsafe fn begin_rendering(&self, cmd: vk::CommandBuffer, name: &str, info: &vk::RenderingInfo<'_>) {
+        let arguments = || Arguments::objects([name.to_owned()]).numbers(rectangle(info.render_area));
+        self.journal.note(cmd, "vkCmdBeginRendering", |_| arguments());
+        if let Some(functions) = &self.rendering {
+            // SAFETY: the caller's promise.
+            unsafe { functions.cmd_begin_rendering(cmd, info) };
+        }
+    }
+
     /// Submits by `vkQueueSubmit2`. Only on a device with synchronization2.
     ///
     /// # Safety
@@ -220,8 +233,6 @@ noted_of_extensions! {
     ), _names => Arguments::default();
     "vkCmdEndRenderPass2" render_pass2.cmd_end_render_pass2(end: &vk::SubpassEndInfo<'_>), _names => Arguments::default();
 
-    "vkCmdBeginRendering" rendering.cmd_begin_rendering(begin: &vk::RenderingInfo<'_>), _names =>
-        Arguments::default().numbers(rectangle(begin.render_area));
     "vkCmdEndRendering" rendering.cmd_end_rendering(), _names => Arguments::default();
     "vkCmdSetRenderingAttachmentLocations" local_read.cmd_set_rendering_attachment_locations(
         locations: &vk::RenderingAttachmentLocationInfoKHR<'_>
@@ -241,8 +252,13 @@ mod tests {
     use super::{NOTED, NOTED_OF_EXTENSIONS};
 
     /// Functions that are called in one place, where the call is noted.
-    const IN_ONE_PLACE: &[&str] =
-        &["cmd_begin_debug_utils_label", "cmd_end_debug_utils_label", "cmd_pipeline_barrier", "cmd_pipeline_barrier2"];
+    const IN_ONE_PLACE: &[&str] = &[
+        "cmd_begin_debug_utils_label",
+        "cmd_begin_rendering",
+        "cmd_end_debug_utils_label",
+        "cmd_pipeline_barrier",
+        "cmd_pipeline_barrier2",
+    ];
 
     fn sources(folder: &Path) -> Vec<PathBuf> {
         let entries = fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("an entry").path());

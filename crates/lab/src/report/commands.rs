@@ -1,8 +1,8 @@
 //! A frame as the Vulkan commands that were recorded for it, each with its reason.
 //!
 //! The commands come from the device's journal ([`Device::keep_commands`]); this module decides none of them. It adds the reasons: a label gets the work
-//! of its pass, a barrier the reason of its row. The begin of a render pass gets the attachments, and begin, next subpass and end get the subpass
-//! dependencies that act there.
+//! of its pass, a barrier the reason of its row. The begin of a render pass or of rendering gets the attachments; begin, next subpass and end of a render pass
+//! get the subpass dependencies that act there.
 
 use std::sync::Arc;
 
@@ -20,7 +20,7 @@ pub struct ExplainedCommand {
     pub command: Command,
     /// The work of a label's pass, or the reason of a barrier's row; empty for other commands.
     pub reason: String,
-    /// The attachments of a render pass that begins, in its order.
+    /// The attachments of a render pass or of rendering that begins, in its order.
     pub attachments: Vec<Attachment>,
     /// The subpass dependencies that act here. The subpass that begins waits by them; at the end of a render pass, later commands do.
     pub dependencies: Vec<ActingRow>,
@@ -31,7 +31,7 @@ pub struct ExplainedCommand {
 pub struct Attachment {
     /// The target, as rows and drawings name it.
     pub name: String,
-    /// Format, samples, load, store and layouts.
+    /// Format, samples, load, store and layouts: rendering changes no layout, so both are one.
     pub description: vk::AttachmentDescription,
 }
 
@@ -92,24 +92,33 @@ impl<'a> CommandReader<'a> {
         let reason = self.reason(&command);
         let mut line = ExplainedCommand { command, reason, attachments: Vec::new(), dependencies: Vec::new() };
         match line.command.name {
-            "vkCmdBeginRenderPass" => {
-                let name = line.command.arguments.objects.first();
-                let place = self.render_passes.iter().position(|own| name.is_some_and(|name| own.name.is_called(name)));
+            "vkCmdBeginRenderPass" | "vkCmdBeginRenderPass2" => {
+                let place = self.begun(&line.command);
                 self.open = place.map(|index| (index, 0));
                 line.attachments = place.map_or_else(Vec::new, |index| attachments(&self.render_passes[index]));
                 line.dependencies = self.acting(0);
             }
-            "vkCmdNextSubpass" => {
+            "vkCmdBeginRendering" => {
+                let place = self.begun(&line.command);
+                line.attachments = place.map_or_else(Vec::new, |index| rendered(&self.render_passes[index]));
+            }
+            "vkCmdNextSubpass" | "vkCmdNextSubpass2" => {
                 self.open = self.open.map(|(pass, subpass)| (pass, subpass + 1));
                 line.dependencies = self.open.map_or_else(Vec::new, |(_, subpass)| self.acting(subpass));
             }
-            "vkCmdEndRenderPass" => {
+            "vkCmdEndRenderPass" | "vkCmdEndRenderPass2" => {
                 line.dependencies = self.acting(vk::SUBPASS_EXTERNAL);
                 self.open = None;
             }
             _ => {}
         }
         line
+    }
+
+    /// The render pass of the list that a command begins.
+    fn begun(&self, command: &Command) -> Option<usize> {
+        let name = command.arguments.objects.first()?;
+        self.render_passes.iter().position(|own| own.name.is_called(name))
     }
 
     fn reason(&self, command: &Command) -> String {
@@ -136,15 +145,30 @@ fn attachments(pass: &PassDescription) -> Vec<Attachment> {
     own.map(|&(resource, description)| Attachment { name: resource.to_string(), description }).collect()
 }
 
-/// True of commands that give a frame its structure, of which a listing has each in its place: labels, render passes, barriers.
+fn rendered(pass: &PassDescription) -> Vec<Attachment> {
+    let mut own = attachments(pass);
+    for (index, attachment) in own.iter_mut().enumerate() {
+        let layout = pass.rendering_layout(index);
+        (attachment.description.initial_layout, attachment.description.final_layout) = (layout, layout);
+    }
+    own
+}
+
+/// True of commands that give a frame its structure, of which a listing has each in its place: labels, render passes, rendering, barriers.
 pub fn is_structure(command: &Command) -> bool {
     let names = [
         "vkCmdBeginDebugUtilsLabelEXT",
         "vkCmdEndDebugUtilsLabelEXT",
         "vkCmdBeginRenderPass",
+        "vkCmdBeginRenderPass2",
+        "vkCmdBeginRendering",
         "vkCmdNextSubpass",
+        "vkCmdNextSubpass2",
         "vkCmdEndRenderPass",
+        "vkCmdEndRenderPass2",
+        "vkCmdEndRendering",
         "vkCmdPipelineBarrier",
+        "vkCmdPipelineBarrier2",
     ];
     names.contains(&command.name)
 }

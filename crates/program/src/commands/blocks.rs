@@ -81,21 +81,20 @@ impl<'a> Blocks<'a> {
                 self.depth += 1;
             }
             "vkCmdEndDebugUtilsLabelEXT" => self.depth = self.depth.saturating_sub(1),
-            "vkCmdPipelineBarrier" => {
+            "vkCmdPipelineBarrier" | "vkCmdPipelineBarrier2" => {
                 if let Some(barrier) = &arguments.barrier {
                     let below = self.barrier(barrier, &line.reason);
                     self.block(format!("{name}  {}", barrier.row), &below);
                 }
             }
             _ => {
-                if name == "vkCmdEndRenderPass" || name == "vkCmdNextSubpass" {
-                    self.depth = self.depth.saturating_sub(1);
-                }
+                let (ends, begins) = (!name.contains("Begin"), !name.contains("End"));
+                self.depth = self.depth.saturating_sub(usize::from(ends));
                 let mut below = attachments(&line.attachments);
                 line.dependencies.iter().for_each(|acting| below.push_str(&self.dependency(acting)));
                 let objects = arguments.objects.join(", ");
                 self.block(format!("{name}  {objects}"), &below);
-                self.depth += usize::from(name != "vkCmdEndRenderPass");
+                self.depth += usize::from(begins);
             }
         }
     }
@@ -202,7 +201,11 @@ fn attachments(attachments: &[Attachment]) -> String {
         let samples = own.samples.as_raw();
         let format = if samples > 1 { format!("{:?} x{samples}", own.format) } else { format!("{:?}", own.format) };
         let operations = format!("{:?} .. {:?}", own.load_op, own.store_op);
-        table.row([name.clone(), format, operations, format!("{:?} -> {:?}", own.initial_layout, own.final_layout)]);
+        let layouts = match own.initial_layout == own.final_layout {
+            true => format!("{:?}", own.final_layout),
+            false => format!("{:?} -> {:?}", own.initial_layout, own.final_layout),
+        };
+        table.row([name.clone(), format, operations, layouts]);
     }
     table.render()
 }
@@ -219,7 +222,7 @@ fn said(Command { name, arguments, .. }: &Command) -> String {
         ("vkCmdBindDescriptorSets", [first]) => format!("{objects} from set {first} on"),
         ("vkCmdPushConstants", [_, bytes]) => format!("{bytes} bytes"),
         ("vkCmdSetViewport" | "vkCmdSetScissor", [x, y, width, height]) => format!("{width}x{height} at {x},{y}"),
-        ("vkCmdWriteTimestamp", [query]) => format!("query {query} of {objects}"),
+        ("vkCmdWriteTimestamp" | "vkCmdWriteTimestamp2", [query]) => format!("query {query} of {objects}"),
         ("vkCmdBindPipeline", _) => without_false(&objects),
         (name, _) if name.contains("Copy") || name.contains("Blit") => arguments.objects.join(" -> "),
         _ => objects,
