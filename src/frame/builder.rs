@@ -120,6 +120,7 @@ impl RendererBuilder {
                 ticket: None,
                 begun: Instant::now(),
                 record_ms: 0.0,
+                submit_ms: 0.0,
                 drawn: DrawCounts::default(),
             })
         };

@@ -36,6 +36,8 @@ pub struct DrawCounts {
 pub struct FrameTimes {
     /// CPU: deciding what is visible and recording it.
     pub record_ms: f64,
+    /// CPU: the call that submits it.
+    pub submit_ms: f64,
     /// From the start of recording until the device was done.
     pub wall_ms: f64,
     /// The whole frame by the device's own clock.

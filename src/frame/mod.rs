@@ -100,6 +100,7 @@ struct InFlight {
     ticket: Option<Ticket>,
     begun: Instant,
     record_ms: f64,
+    submit_ms: f64,
     drawn: DrawCounts,
 }
 
@@ -114,6 +115,7 @@ impl InFlight {
         let passes = stamps.windows(2).map(|pair| (pair[1].0.clone(), pair[1].1 - pair[0].1));
         Ok(FrameTimes {
             record_ms: self.record_ms,
+            submit_ms: self.submit_ms,
             wall_ms: 0.0,
             gpu_ms: stamps.last().map(|(_, ms)| *ms),
             passes: if on_cpu { Vec::new() } else { passes.collect() },
@@ -388,7 +390,9 @@ impl Renderer {
         let frame = &mut self.frames[self.next];
         frame.cmd.end()?;
         frame.record_ms = milliseconds(frame.begun);
+        let recorded = Instant::now();
         frame.ticket = Some(self.device.submit_with(&frame.cmd, around)?);
+        frame.submit_ms = milliseconds(recorded);
         self.posed = pose;
         self.shadow_cache.keep(&self.world, &camera, &visible, &stale_maps);
         if let Some(reprojection) = &reprojection {

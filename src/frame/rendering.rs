@@ -109,14 +109,18 @@ impl Rendering {
 
     /// The barriers before the rendering.
     fn enter(&self, (device, cmd): (&Device, vk::CommandBuffer), images: &[Rendered]) {
-        let change = |index: usize| [self.description.attachments[index].1.initial_layout, self.description.rendering_layout(index)];
+        let change = |index: usize| {
+            [self.description.attachments[index].1.initial_layout, self.description.rendering_layout(index)]
+        };
         let changes = self.description.changes_at_the_start();
         self.carry_out((device, cmd), images, &changes, change);
     }
 
     /// The barriers after it.
     fn leave(&self, (device, cmd): (&Device, vk::CommandBuffer), images: &[Rendered]) {
-        let change = |index: usize| [self.description.rendering_layout(index), self.description.attachments[index].1.final_layout];
+        let change = |index: usize| {
+            [self.description.rendering_layout(index), self.description.attachments[index].1.final_layout]
+        };
         let changes = self.description.changes_at_the_end();
         self.carry_out((device, cmd), images, &changes, change);
     }

@@ -31,6 +31,7 @@ pub(super) mod shadow;
 pub mod unreported_mutants;
 mod uploads;
 mod waits;
+pub(super) mod widened;
 
 pub(super) use host::FORMULA_WRITE;
 pub(super) use masks::SUPPORTED;
@@ -267,6 +268,8 @@ pub struct Rows {
     rows: Vec<Row>,
     /// The layouts that the frames' images are used in.
     pub layouts: Layouts,
+    /// Frames have a barrier that waits for everything before each render pass and each pass outside of them ([`Rows::with_full_barriers`]).
+    pub(super) has_full_barriers: bool,
 }
 
 impl Rows {
@@ -347,7 +350,7 @@ impl Rows {
     }
 
     fn with(&self, rows: Vec<Row>) -> Self {
-        Self { rows, layouts: self.layouts }
+        Self { rows, ..*self }
     }
 
     /// Returns the index of a row that an experiment may change.
@@ -364,7 +367,7 @@ impl Rows {
 
 /// The dependencies of the program that evaluates formulas for `afterlight stress`: one dispatch.
 pub fn formulas() -> Rows {
-    Rows { rows: host::formulas().into(), layouts: Layouts::Optimal }
+    Rows { rows: host::formulas().into(), layouts: Layouts::Optimal, has_full_barriers: false }
 }
 
 /// The dependencies of a plan's frames.
@@ -376,7 +379,8 @@ pub fn table(plan: &FramePlan) -> Rows {
     rows.extend(waits(plan, &steps).into_iter().map(|(row, _)| row));
     rows.extend(presentation::rows(plan, &steps));
     rows.extend(host::rows());
-    Rows { rows: rows.into_iter().map(|row| row.in_frames_of(plan)).collect(), layouts: plan.layouts }
+    let rows = rows.into_iter().map(|row| row.in_frames_of(plan)).collect();
+    Rows { rows, layouts: plan.layouts, has_full_barriers: false }
 }
 
 /// The rows between the passes of a frame; a row that is a barrier comes with its place in the list.

@@ -8,6 +8,7 @@ use ash::vk;
 use super::IN_FLIGHT;
 use super::list::{Commands, Condition, RenderPassName, Step, Subpass};
 use super::render_passes::{BeginPass, RenderPasses};
+use super::rows::widened::EVERYTHING;
 use super::rows::{RowName, Rows, SyncKind};
 use crate::gpu::barrier::{self, ImageRange};
 use crate::gpu::{self, Buffer, Device, Image, RecordedPass, Timestamps};
@@ -131,6 +132,9 @@ impl Frame {
         let mut last: Option<&'static Pass> = None;
         let steps = &self.render_passes.list.0;
         for (index, step) in steps.iter().enumerate() {
+            if self.rows.has_full_barriers {
+                barrier::memory_barrier(frame.device, frame.cmd, EVERYTHING);
+            }
             match step {
                 // All render passes of a map come one after the other, with the first of them.
                 Step::RenderPass(name, _) if name.draws_maps() => {

@@ -693,6 +693,47 @@ fn each_part_left_out_has_its_cost_or_a_reason_why_not() {
     fail(folder.path(), &["bench", "builtin:quad", "--plan-cost", "--vary", "fxaa=on"], 2, &["--plan-cost"]);
 }
 
+#[test]
+fn layers_and_wide_dependencies_have_their_costs() {
+    let folder = folder();
+    let bench = |option: &str| {
+        let arguments = ["bench", "builtin:quad", option, "--frames", "2", "--warmup", "1", "--json", "costs.json"];
+        let told = succeed(folder.path(), &[&arguments[..], &SMALL].concat());
+        let json = fs::read_to_string(folder.path().join("costs.json")).expect("it was written");
+        let report: Value = serde_json::from_str(&json).expect("JSON");
+        (told, report["scenes"][0].clone())
+    };
+    let list = |value: &Value| value.as_array().expect("a list").clone();
+
+    let (told, scene) = bench("--over-sync");
+    let inspected = succeed(folder.path(), &[&["inspect", "builtin:quad", "--json"][..], &SMALL].concat());
+    let inspected: Value = serde_json::from_str(&inspected).expect("JSON");
+    let costs = &scene["over_sync"];
+    for cost in list(&costs["rows"]) {
+        assert_eq!((&cost["ratio"]["count"], &cost["ms"]["count"]), (&2.into(), &2.into()), "{cost}");
+        assert!(told.contains(cost["widened"].as_str().expect("a name")), "{told}");
+    }
+    // Each row of the frame is one of these, and all of them at once and the full barriers are besides.
+    let rows = list(&inspected["dependencies"]).len();
+    assert_eq!(list(&costs["rows"]).len() + list(&costs["not_recorded"]).len(), rows + 2, "{costs}");
+
+    let (told, scene) = bench("--layers");
+    let costs = &scene["layers"];
+    let checks: Vec<_> =
+        list(&costs["checks"]).iter().map(|own| own["checks"].as_str().expect("a name").to_owned()).collect();
+    assert_eq!(checks[..3], ["no layer", "core", "core, synchronization"], "{costs}");
+    assert_eq!(checks.len() + list(&costs["refused"]).len(), 6, "{costs}");
+    for cost in list(&costs["checks"]) {
+        let median = |key: &str| cost[key]["median"].as_f64().expect("a number");
+        assert!(median("cpu_ms") >= median("record_ms") && median("wall_ms") >= median("record_ms"), "{cost}");
+        assert_eq!(cost["ratio"].is_null(), cost["checks"] == "no layer", "{cost}");
+        // Best practices are advice.
+        assert!(cost["messages"] == 0 || cost["checks"] == "core, best practices", "{cost}");
+    }
+    assert!(told.contains(costs["layer"].as_str().expect("a version")), "{told}");
+    fail(folder.path(), &["bench", "builtin:quad", "--layers", "--validate"], 2, &["--layers", "--validate"]);
+}
+
 /// Off a terminal there is no bar: lines say how far the cases have come, on standard error.
 #[test]
 fn stress_tells_in_lines_how_far_it_has_come() {

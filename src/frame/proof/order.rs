@@ -35,9 +35,11 @@ fn all_commands() -> S {
 
 /// The mask with the finer stages that its coarse ones are made of.
 fn in_full(mask: S) -> S {
+    let is_drawing = mask.contains(S::ALL_GRAPHICS);
+    let drawing = DRAWING.into_iter().filter(|_| is_drawing).fold(S::empty(), |all, stage| all | stage);
     let copies = if mask.contains(S::ALL_TRANSFER) { COPIES } else { S::empty() };
     let fetches = if mask.contains(S::VERTEX_INPUT) { S::INDEX_INPUT | S::VERTEX_ATTRIBUTE_INPUT } else { S::empty() };
-    mask | copies | fetches
+    mask | copies | fetches | drawing
 }
 
 /// The stages of a first scope: those of its mask, and all that are logically earlier. A wait for the end of the pipe is one for everything.

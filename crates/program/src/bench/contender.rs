@@ -4,12 +4,15 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Instant;
 
-use afterlight::frame::{FrameTimes, Renderer};
+use afterlight::frame::rows::Rows;
+use afterlight::frame::{Error, FrameTimes, Renderer};
 use afterlight::gpu::{Device, MemoryKind};
 use afterlight::scene::{Camera, Pose, Scene, Settings};
 use afterlight_truth::measure::{WarmUp, settle};
 
+use super::Args;
 use crate::failure::Failure;
+use crate::progress;
 use crate::workload::{Workload, milliseconds_since};
 
 /// A renderer that takes its turns.
@@ -28,9 +31,35 @@ pub struct Contender {
 impl Contender {
     /// Makes the renderer and draws its first frame.
     pub fn new(name: &str, device: &Arc<Device>, workload: &Workload, settings: Settings) -> Result<Self, Failure> {
+        Self::of(name, device, workload, settings, |settings| Renderer::new(device, &workload.scene, settings))
+    }
+
+    /// The same with other dependencies than the plan's.
+    ///
+    /// # Safety
+    /// As of [`Renderer::with_rows`].
+    pub unsafe fn with_rows(
+        name: &str,
+        device: &Arc<Device>,
+        workload: &Workload,
+        settings: Settings,
+        rows: Rows,
+    ) -> Result<Self, Failure> {
+        // SAFETY: the caller's promise.
+        let make = |settings: &Settings| unsafe { Renderer::with_rows(device, &workload.scene, settings, rows) };
+        Self::of(name, device, workload, settings, make)
+    }
+
+    fn of(
+        name: &str,
+        device: &Arc<Device>,
+        workload: &Workload,
+        settings: Settings,
+        make: impl FnOnce(&Settings) -> Result<Renderer, Error>,
+    ) -> Result<Self, Failure> {
         let before = memory_by_kind(device);
         let start = Instant::now();
-        let renderer = Renderer::new(device, &workload.scene, &settings);
+        let renderer = make(&settings);
         let mut renderer = renderer.map_err(|error| workload.blame(error, &device.physical, &settings))?;
         workload.warn(renderer.plan())?;
         renderer.render(&workload.scene.camera)?;
@@ -92,6 +121,25 @@ pub fn warm_up(
         if before.is_none_or(|before| before.settled) {
             *before = Some(settled);
         }
+    }
+    Ok(())
+}
+
+/// Draws both in turn; the first of the two changes from round to round.
+pub fn take_turns(
+    args: &Args,
+    mut pair: [&mut Contender; 2],
+    workload: &Workload,
+    (bar, warm_up): (&progress::ProgressDisplay, &mut Option<WarmUp>),
+) -> Result<(), Failure> {
+    pair[0].times.clear();
+    self::warm_up(&mut pair, &workload.scene.camera, args.warmup, warm_up)?;
+    for _ in 0..args.frames {
+        for contender in &mut pair {
+            contender.draw(&workload.scene.camera, true)?;
+        }
+        pair.swap(0, 1);
+        bar.step();
     }
     Ok(())
 }

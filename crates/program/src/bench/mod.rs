@@ -2,6 +2,8 @@
 //! so that a slow moment of the machine slows all of them.
 
 mod contender;
+mod layers;
+mod over_sync;
 mod plan_cost;
 mod report;
 mod walk;
@@ -39,6 +41,8 @@ Examples:
   afterlight bench builtin:hall --why
   afterlight bench sponza.obj --still --vary shadow-cache=off
   afterlight bench builtin:hall --plan-cost
+  afterlight bench builtin:hall --layers
+  afterlight bench builtin:hall --over-sync
   afterlight bench builtin:hall --path walk.toml --frames 200
   afterlight bench builtin:hall --json - | jq '.scenes[].runs[].wall_ms.median'
 
@@ -67,6 +71,12 @@ pub struct Args {
     /// what it does to the picture, and the option to type
     #[arg(long, conflicts_with_all = ["vary", "plan_cost", "path"])]
     why: bool,
+    /// Measure what the validation layer's checks cost: frames under each kind of them are drawn in turn with frames without the layer
+    #[arg(long, conflicts_with_all = ["vary", "plan_cost", "why", "path", "validate"])]
+    layers: bool,
+    /// Measure what too much order costs: each dependency is widened to all commands, then all of them, then a full barrier stands before each pass
+    #[arg(long, conflicts_with_all = ["vary", "plan_cost", "why", "path", "layers"])]
+    over_sync: bool,
     /// Write the figures as JSON to a file, or to standard output for -
     #[arg(long, value_name = "FILE", value_parser = Sink::parse)]
     json: Option<Sink>,
@@ -157,7 +167,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 /// Measures all variants of one scene. All of them are held at once, or they could not take turns.
 fn measure(args: &Args, spec: &str, device: &Arc<Device>) -> Result<BenchScene, Failure> {
     // Single costs and parts are measured at one moment.
-    let rests = args.motion.is_still() || args.plan_cost || args.why;
+    let rests = args.motion.is_still() || args.plan_cost || args.why || args.layers || args.over_sync;
     let open = if rests { Workload::open } else { Workload::open_moving };
     let mut workload = open(spec, &args.motion.over(&args.settings), args.quiet)?;
     workload.spare(&args.json)?;
@@ -168,6 +178,12 @@ fn measure(args: &Args, spec: &str, device: &Arc<Device>) -> Result<BenchScene, 
     }
     if args.why {
         return why::measure(args, &workload, device);
+    }
+    if args.layers {
+        return layers::measure(args, &workload);
+    }
+    if args.over_sync {
+        return over_sync::measure(args, &workload, device);
     }
     let mut contenders = Vec::new();
     for variant in std::iter::once(&BenchVariant::base()).chain(&args.vary) {

@@ -11,6 +11,8 @@ use serde::Serialize;
 
 use super::Args;
 use super::contender::Contender;
+use super::layers::LayerCosts;
+use super::over_sync::OverSyncCosts;
 use super::plan_cost::PlanCost;
 use super::walk::{Moment, Walk};
 use super::why::CostBreakdown;
@@ -58,6 +60,10 @@ pub struct BenchScene {
     pub plan_cost: Option<PlanCost>,
     /// With `--why`.
     pub why: Option<CostBreakdown>,
+    /// With `--layers`.
+    pub layers: Option<LayerCosts>,
+    /// With `--over-sync`.
+    pub over_sync: Option<OverSyncCosts>,
 }
 
 #[derive(Serialize)]
@@ -75,6 +81,8 @@ struct RunReport {
     wall_ms: Option<Distribution>,
     /// Recording on the CPU.
     record_ms: Option<Distribution>,
+    /// The call that submits it.
+    submit_ms: Option<Distribution>,
     /// The whole frame by the device's own clock; `null` where it has none.
     gpu_ms: Option<Distribution>,
     /// By pass, in the order of the frame; empty where the driver's timestamps between passes mean nothing.
@@ -172,6 +180,8 @@ impl BenchScene {
             runs: contenders.iter().enumerate().map(run).collect(),
             plan_cost: None,
             why: None,
+            layers: None,
+            over_sync: None,
         }
     }
 
@@ -197,6 +207,12 @@ impl BenchScene {
         }
         if let Some(why) = &self.why {
             let _ = writeln!(text, "{}", why.text());
+        }
+        if let Some(costs) = &self.layers {
+            let _ = writeln!(text, "{}", costs.text());
+        }
+        if let Some(costs) = &self.over_sync {
+            let _ = writeln!(text, "{}", costs.text());
         }
         let _ = writeln!(text, "{}", self.times().render());
         let _ = writeln!(text, "{}", details(&self.runs).render());
@@ -251,6 +267,7 @@ impl RunReport {
             first_frame_ms: contender.first_frame_ms,
             wall_ms: Distribution::of(times.iter().map(|frame| frame.wall_ms)),
             record_ms: Distribution::of(times.iter().map(|frame| frame.record_ms)),
+            submit_ms: Distribution::of(times.iter().map(|frame| frame.submit_ms)),
             gpu_ms: Distribution::of(times.iter().filter_map(|frame| frame.gpu_ms)),
             passes: passes(times),
             ratio,
