@@ -710,12 +710,12 @@ fn layers_and_wide_dependencies_have_their_costs() {
     let inspected: Value = serde_json::from_str(&inspected).expect("JSON");
     let costs = &scene["over_sync"];
     for cost in list(&costs["rows"]) {
-        assert_eq!((&cost["ratio"]["count"], &cost["ms"]["count"]), (&2.into(), &2.into()), "{cost}");
+        assert_eq!((&cost["alone"]["ratio"]["count"], &cost["in_a_row"]["ms"]["count"]), (&2.into(), &2.into()));
         assert!(told.contains(cost["widened"].as_str().expect("a name")), "{told}");
     }
-    // Each row of the frame is one of these, and all of them at once and the full barriers are besides.
+    // Each row of the frame is one of these. The frame as it is, all rows at once and the full barriers are besides.
     let rows = list(&inspected["dependencies"]).len();
-    assert_eq!(list(&costs["rows"]).len() + list(&costs["not_recorded"]).len(), rows + 2, "{costs}");
+    assert_eq!(list(&costs["rows"]).len() + list(&costs["not_recorded"]).len(), rows + 3, "{costs}");
 
     let (told, scene) = bench("--layers");
     let costs = &scene["layers"];

@@ -11,9 +11,10 @@ use ash::vk::{self, AccessFlags2 as A, PipelineStageFlags2 as S};
 
 use super::{Row, Side, SyncKind};
 use crate::frame::list::RenderPassName;
+use crate::frame::{LayoutChange, layout_changes};
 use crate::gpu::sync::Use;
-use crate::passes::{PassName, forward, geometry, lighting, pyramid, shadow, tonemap};
-use crate::plan::FramePlan;
+use crate::passes::{PassName, Resource, forward, geometry, lighting, pyramid, shadow, tonemap};
+use crate::plan::{FramePlan, Target};
 
 /// The first layer that sees wrong masks of subpass dependencies.
 pub const LAYER: u32 = vk::make_api_version(0, 1, 4, 309);
@@ -115,7 +116,34 @@ impl MissingPart<'_> {
             (Side::After, S::LATE_FRAGMENT_TESTS, A::empty(), !drops),
         ];
         let is_missed = |(side, stages, accesses, is_missed)| is_missed && self.is_bit(side, stages, accesses);
-        self.row.is_between_subpasses() && missed.into_iter().any(is_missed)
+        // TINT tests against the depth of its map, and stores it.
+        let is_of_map = *from == shadow::PASS.place && matches!(self.part, RowPart::Bits(..));
+        self.row.is_between_subpasses() && (is_of_map || missed.into_iter().any(is_missed))
+    }
+
+    /// Returns true if shadow maps are read by this row as their render pass has left them.
+    fn leaves_maps(&self) -> bool {
+        let row = self.row;
+        let is_of_maps = row.carrier.pass().is_some_and(RenderPassName::draws_maps);
+        is_of_maps && !row.is_between_subpasses() && !self.is_from_outside()
+    }
+
+    /// Returns true if a subpass of the frame has another row to the same dispatches, for what they write.
+    fn is_awaited_in_the_frame(&self) -> bool {
+        let to_same =
+            |row: &Row| row.carrier.is_render_pass() && row.to == self.row.to && row.from != PassName::OUTSIDE;
+        super::table(self.plan).iter().any(|row| to_same(row) && row.after.access.contains(A::SHADER_WRITE))
+    }
+
+    /// Returns true if a buffer of the same dispatches is read by draws of an earlier subpass, whose tests the subpass waits for.
+    fn is_led_around_by_buffer(&self) -> bool {
+        let row = self.row;
+        let table = super::table(self.plan);
+        let is_last =
+            |other: &&Row| other.by_region && other.to == row.to && other.before.stage == S::LATE_FRAGMENT_TESTS;
+        let buffers: Vec<_> = table.of(SyncKind::BufferBarrier).filter(|other| other.from == row.from).collect();
+        let is_read = |last: &Row| buffers.iter().any(|buffer| buffer.waiting.contains(&last.from));
+        table.of(row.carrier).filter(is_last).any(is_read)
     }
 
     /// Returns true if other rows lead to the same subpass, through another one of its render pass.
@@ -188,7 +216,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         is_about: |missing| {
             let Row { from, to, before, after, .. } = missing.row;
             let both = S::FRAGMENT_SHADER | S::COMPUTE_SHADER;
-            let is_written = [PassName::CLEAR, shadow::PASS.place].contains(from) && after.stage == both;
+            let is_written = (*from == PassName::CLEAR || missing.leaves_maps()) && after.stage == both;
             let is_read = *to == shadow::PASS.place && before.stage == both;
             is_written && missing.is_after(S::FRAGMENT_SHADER, A::empty())
                 || is_read && missing.is_before(S::COMPUTE_SHADER, A::empty())
@@ -205,13 +233,55 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
             let Row { from, carrier, after, .. } = missing.row;
             let is_color = matches!(carrier, SyncKind::ImageBarrier(_, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL));
             let is_cleared = *from == PassName::CLEAR && is_color;
-            is_cleared && after.stage.contains(S::FRAGMENT_SHADER) && missing.is_after(S::COMPUTE_SHADER, A::empty())
+            let is_looked_up = after.stage == S::FRAGMENT_SHADER | S::COMPUTE_SHADER;
+            is_cleared && is_looked_up && missing.is_after(S::COMPUTE_SHADER, A::SHADER_READ)
         },
         section: "Pipeline Stages",
         says: "Its first access scope only includes memory accesses performed by pipeline stages explicitly specified in the source stage \
                mask",
         why: "the first frame draws the tints of all layers before a dispatch looks them up, and their layout changes in between, after both stages. The row \
               is about layers that no frame has drawn yet",
+    },
+    UnreportedMutants {
+        seen_from: None,
+        is_about: |missing| {
+            let Row { from, carrier, after, .. } = missing.row;
+            let is_color = matches!(carrier, SyncKind::ImageBarrier(_, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL));
+            // Tints are drawn after their map, by another subpass.
+            let is_tint = *from == PassName::CLEAR && is_color || missing.leaves_maps() && *from != shadow::PASS.place;
+            let is_lit_there = after.stage == S::FRAGMENT_SHADER && missing.plan.is_forward();
+            is_tint && is_lit_there && missing.is_after(S::empty(), A::SHADER_READ)
+        },
+        section: "Execution and Memory Dependencies",
+        says: HAZARDS,
+        why: "where FORWARD looks up shadow maps with their tints, the layer is content with a row that has its stage. Without the access nothing makes the maps visible to it. \
+              (Which other row it lets do so is not known: maps without tints are noticed)",
+    },
+    UnreportedMutants {
+        seen_from: None,
+        is_about: |missing| {
+            let Row { before, after, .. } = missing.row;
+            let is_of_reads = missing.is_row() && missing.is_from_outside() && before.access.is_empty();
+            let writes = before.stage == S::FRAGMENT_SHADER && after.stage == S::COMPUTE_SHADER;
+            is_of_reads && writes && missing.is_awaited_in_the_frame()
+        },
+        section: "VkSubpassDependency",
+        says: "the first set of commands includes all commands submitted as part of the subpass instance identified by srcSubpass and any \
+               load, store, or multisample resolve operations on attachments used in srcSubpass",
+        why: "the layer lets a row from a subpass of this frame to the same dispatches order what draws of the last frame read. Its first scope has that subpass alone",
+    },
+    UnreportedMutants {
+        seen_from: None,
+        is_about: |missing| {
+            let is_about = missing.is_row() || missing.is_before(S::COMPUTE_SHADER, A::empty());
+            let follows_dispatch = missing.row.before == Use::new(S::COMPUTE_SHADER, A::empty());
+            missing.enters() && is_about && follows_dispatch && missing.is_led_around_by_buffer()
+        },
+        section: "Framebuffer Region Dependencies",
+        says: "If a synchronization command includes a dependencyFlags parameter, and specifies the VK_DEPENDENCY_BY_REGION_BIT flag, then it defines framebuffer-local \
+               dependencies for the framebuffer-space pipeline stages in that synchronization command, for all framebuffer regions",
+        why: "the layer lets the barrier of a buffer that draws of an earlier subpass read, and the row from their tests to this subpass, order depth as well. That row is by region, \
+              and the dispatch has read the depth of other pixels",
     },
     UnreportedMutants {
         seen_from: None,
@@ -251,7 +321,11 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         seen_from: None,
         is_about: |missing| {
             let is_test = missing.is_after(S::EARLY_FRAGMENT_TESTS, A::DEPTH_STENCIL_ATTACHMENT_READ);
-            missing.enters() && !missing.row.waiting.contains(&lighting::PASS.place) && is_test
+            let is_depth = |change: &LayoutChange| change.image == Some(Resource::Target(Target::Depth));
+            // The layer sees that tests follow a change of layout.
+            let changes = || layout_changes(missing.plan, &super::table(missing.plan), missing.row);
+            let lights = missing.row.waiting.contains(&lighting::PASS.place);
+            missing.enters() && !lights && is_test && !changes().iter().any(is_depth)
         },
         section: "Rasterization Order",
         says: IN_ORDER,
@@ -422,7 +496,8 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
             let firsts = [geometry::PASS.place, lighting::PASS.place, forward::PASS.place];
             let is_later = firsts.into_iter().any(|first| first != *to && missing.begins_with(first));
             let is_available = missing.is_before(S::empty(), A::COLOR_ATTACHMENT_WRITE);
-            missing.is_from_outside() && is_later && before.stage == S::COLOR_ATTACHMENT_OUTPUT && is_available
+            let is_of_last_frame = before.stage.contains(S::COLOR_ATTACHMENT_OUTPUT);
+            missing.is_from_outside() && is_later && is_of_last_frame && is_available
         },
         section: "Render Pass Creation",
         says: "Automatic layout transitions away from initialLayout happen-after the availability operations for all dependencies with a \

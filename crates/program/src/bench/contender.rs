@@ -10,9 +10,7 @@ use afterlight::gpu::{Device, MemoryKind};
 use afterlight::scene::{Camera, Pose, Scene, Settings};
 use afterlight_truth::measure::{WarmUp, settle};
 
-use super::Args;
 use crate::failure::Failure;
-use crate::progress;
 use crate::workload::{Workload, milliseconds_since};
 
 /// A renderer that takes its turns.
@@ -92,6 +90,18 @@ impl Contender {
     }
 }
 
+impl Contender {
+    /// Draws frames one after the other, as many in flight as there may be, and waits for the last. Returns milliseconds of the clock on the wall a frame.
+    pub fn draw_in_a_row(&mut self, camera: &Camera, frames: u32) -> Result<f64, Failure> {
+        let start = Instant::now();
+        for _ in 0..frames {
+            self.renderer.render(camera)?;
+        }
+        self.renderer.wait()?;
+        Ok(milliseconds_since(start) / f64::from(frames))
+    }
+}
+
 /// The device's own time, where it means something.
 pub fn decisive(times: &FrameTimes, software: bool) -> f64 {
     times.gpu_ms.filter(|_| !software).unwrap_or(times.wall_ms)
@@ -121,25 +131,6 @@ pub fn warm_up(
         if before.is_none_or(|before| before.settled) {
             *before = Some(settled);
         }
-    }
-    Ok(())
-}
-
-/// Draws both in turn; the first of the two changes from round to round.
-pub fn take_turns(
-    args: &Args,
-    mut pair: [&mut Contender; 2],
-    workload: &Workload,
-    (bar, warm_up): (&progress::ProgressDisplay, &mut Option<WarmUp>),
-) -> Result<(), Failure> {
-    pair[0].times.clear();
-    self::warm_up(&mut pair, &workload.scene.camera, args.warmup, warm_up)?;
-    for _ in 0..args.frames {
-        for contender in &mut pair {
-            contender.draw(&workload.scene.camera, true)?;
-        }
-        pair.swap(0, 1);
-        bar.step();
     }
     Ok(())
 }

@@ -31,12 +31,23 @@ struct WideCost {
     /// A dependency, all of them, or a barrier before each pass.
     widened: String,
     carrier: String,
-    /// Frames with it, and those as they are between them: by the device's own clock where that means something.
+    /// Frames by themselves: by the device's own clock where that means something.
+    alone: FramesInTurn,
+    /// Frames one after the other, two in flight, which overlap on the device as far as their dependencies let them.
+    in_a_row: FramesInTurn,
+}
+
+/// The times of a frame, in milliseconds, of two kinds that were drawn in turn.
+#[derive(Serialize)]
+struct FramesInTurn {
     ms: Option<Distribution>,
     as_given_ms: Option<Distribution>,
-    /// One over the other, frame by frame.
+    /// One over the other, round by round.
     ratio: Option<Distribution>,
 }
+
+/// Frames that are drawn one after the other before the last of them is waited for.
+const IN_A_ROW: u32 = 8;
 
 /// Measures one scene.
 ///
@@ -54,6 +65,8 @@ pub fn measure(args: &Args, workload: &Workload, device: &Arc<Device>) -> Result
         let rows = table.widened(&plan, row.name).map_err(|error| Failure::usage(error.to_string()))?;
         wide.push((row.label.to_owned(), row.carrier.to_string(), rows));
     }
+    // What two measurements of one thing differ by.
+    wide.insert(0, ("nothing: the same again".into(), "-".into(), table.clone()));
     wide.push(("all dependencies".into(), "-".into(), table.all_widened(&plan)));
     wide.push(("a full barrier before each pass".into(), "memory barrier".into(), table.with_full_barriers()));
     let steps = u64::from(args.frames) * wide.len() as u64;
@@ -63,8 +76,24 @@ pub fn measure(args: &Args, workload: &Workload, device: &Arc<Device>) -> Result
     for (widened, carrier, rows) in wide {
         // SAFETY: they order all that the plan's own table orders, and more.
         let mut other = unsafe { Contender::with_rows(&widened, device, workload, settings.clone(), rows) }?;
-        contender::take_turns(args, [&mut base, &mut other], workload, (&bar, &mut warm_up))?;
-        costs.rows.push(WideCost::of((widened, carrier), [&base, &other]));
+        let camera = &workload.scene.camera;
+        contender::warm_up(&mut [&mut base, &mut other], camera, args.warmup, &mut warm_up)?;
+        let (mut alone, mut in_a_row) = ([Vec::new(), Vec::new()], [Vec::new(), Vec::new()]);
+        for round in 0..args.frames {
+            // The first of the two changes from round to round.
+            for index in if round % 2 == 0 { [0, 1] } else { [1, 0] } {
+                let own = if index == 0 { &mut base } else { &mut other };
+                alone[index].push(own.draw(camera, index == 0)?);
+                in_a_row[index].push(own.draw_in_a_row(camera, IN_A_ROW)?);
+            }
+            bar.step();
+        }
+        costs.rows.push(WideCost {
+            widened,
+            carrier,
+            alone: FramesInTurn::of(alone),
+            in_a_row: FramesInTurn::of(in_a_row),
+        });
     }
     drop(bar);
     let mut report = BenchScene::of(workload, &[base], None).after(warm_up);
@@ -77,20 +106,24 @@ fn is_of_frames(row: &Row) -> bool {
     row.carrier.stays().is_none() && (row.carrier.is_render_pass() || !row.waiting.is_empty())
 }
 
-impl WideCost {
-    fn of((widened, carrier): (String, String), [base, other]: [&Contender; 2]) -> Self {
-        let own = |contender: &Contender| -> Vec<f64> {
-            let software = contender.renderer.plan().software;
-            contender.times.iter().map(|times| contender::decisive(times, software)).collect()
-        };
-        let (given, wide) = (own(base), own(other));
+impl FramesInTurn {
+    /// Of frames as given, and wider ones.
+    fn of([given, wide]: [Vec<f64>; 2]) -> Self {
         Self {
-            widened,
-            carrier,
             ratio: Distribution::of(wide.iter().zip(&given).map(|(wide, given)| wide / given)),
             ms: Distribution::of(wide),
             as_given_ms: Distribution::of(given),
         }
+    }
+
+    /// The columns of the table: the median, its ratio, and where that lies.
+    fn columns(&self) -> [String; 3] {
+        let or_dash = |text: Option<String>| text.unwrap_or_else(|| "-".to_owned());
+        [
+            or_dash(self.ms.map(|own| milliseconds(own.median))),
+            or_dash(self.ratio.map(|ratio| format!("{:.3}", ratio.median))),
+            or_dash(self.ratio.map(|ratio| format!("{:.3}..{:.3}", ratio.p5, ratio.p95))),
+        ]
     }
 }
 
@@ -98,17 +131,10 @@ impl OverSyncCosts {
     /// Returns the table.
     pub fn text(&self) -> String {
         let mut table = TextTable::with_figures_from(2);
-        table.row(["widened", "", "frame", "as given", "ratio", "p5..p95"]);
-        let figure = |value: Option<Distribution>| value.map_or_else(|| "-".to_owned(), |own| milliseconds(own.median));
+        table.row(["widened", "", "a frame alone", "ratio", "p5..p95", "frames in a row", "ratio", "p5..p95"]);
         for cost in &self.rows {
-            table.row([
-                cost.widened.clone(),
-                cost.carrier.clone(),
-                figure(cost.ms),
-                figure(cost.as_given_ms),
-                cost.ratio.map_or_else(|| "-".to_owned(), |ratio| format!("{:.3}", ratio.median)),
-                cost.ratio.map_or_else(|| "-".to_owned(), |ratio| format!("{:.3}..{:.3}", ratio.p5, ratio.p95)),
-            ]);
+            let figures = [cost.alone.columns(), cost.in_a_row.columns()].concat();
+            table.row([cost.widened.clone(), cost.carrier.clone()].into_iter().chain(figures));
         }
         let mut text = table.render();
         if !self.not_recorded.is_empty() {

@@ -7,7 +7,7 @@ use afterlight::frame::{self, capabilities};
 use afterlight::gpu::{Device, MemoryKind};
 use afterlight::plan::FramePlan;
 use afterlight::scene::{Keep, OptionalPart, Settings};
-use afterlight_truth::measure::Distribution;
+use afterlight_truth::measure::{Distribution, WarmUp};
 use serde::Serialize;
 
 use super::contender::{self, Contender};
@@ -69,7 +69,7 @@ pub fn measure(args: &Args, workload: &Workload, device: &Arc<Device>) -> Result
             Err(refusal) => costs.refused.push((part.name(), refusal.message().to_owned())),
             Ok((cost, mut other)) => {
                 if !cost.same || !draws_the_same(&mut base, &mut other, workload)? {
-                    contender::take_turns(args, [&mut base, &mut other], workload, (&bar, &mut warm_up))?;
+                    take_turns(args, [&mut base, &mut other], workload, (&bar, &mut warm_up))?;
                     costs.parts.push(PartCost::of(part.name(), &base, &other));
                     continue;
                 }
@@ -80,7 +80,7 @@ pub fn measure(args: &Args, workload: &Workload, device: &Arc<Device>) -> Result
     }
     let mut contenders = vec![base];
     if let Ok(mut full) = Contender::new("full", device, workload, kept(Keep::ALL)) {
-        contender::take_turns(args, [&mut contenders[0], &mut full], workload, (&bar, &mut warm_up))?;
+        take_turns(args, [&mut contenders[0], &mut full], workload, (&bar, &mut warm_up))?;
         costs.full = Some(PartCost::of("full", &contenders[0], &full));
         contenders.push(full);
     } else {
@@ -104,6 +104,25 @@ fn draws_the_same(base: &mut Contender, other: &mut Contender, workload: &Worklo
         Ok(contender.renderer.wait()?.drawn)
     };
     Ok(drawn(base)? == drawn(other)? && base.memory == other.memory)
+}
+
+/// Draws both in turn; the first of the two changes from round to round.
+fn take_turns(
+    args: &Args,
+    mut pair: [&mut Contender; 2],
+    workload: &Workload,
+    (bar, warm_up): (&progress::ProgressDisplay, &mut Option<WarmUp>),
+) -> Result<(), Failure> {
+    pair[0].times.clear();
+    contender::warm_up(&mut pair, &workload.scene.camera, args.warmup, warm_up)?;
+    for _ in 0..args.frames {
+        for contender in &mut pair {
+            contender.draw(&workload.scene.camera, true)?;
+        }
+        pair.swap(0, 1);
+        bar.step();
+    }
+    Ok(())
 }
 
 impl PartCost {
