@@ -17,7 +17,8 @@ use afterlight::gpu::sync::{Dependency, Use};
 use afterlight::gpu::{
     Buffer, CommandBuffer, DepthState, Device, DeviceChoice, Framebuffer, GraphicsPipeline, GraphicsPipelineDesc,
     Image, ImageDesc, Instance, InstanceOptions, Location, MemoryKind, MessageKind, Owned, PipelinePlace, RenderPass,
-    ShaderStage, SubpassDesc, SubpassOrder, UploadOrder, Uploader, Validation, framebuffer, pipeline_layout, vk,
+    RenderPassParts, ShaderStage, SubpassDesc, SubpassOrder, UploadOrder, Uploader, Validation, framebuffer,
+    pipeline_layout, vk,
 };
 use afterlight::passes::copy;
 use afterlight::scene::{
@@ -364,7 +365,8 @@ fn render_pass(device: &Arc<Device>) -> Result<RenderPass> {
             by_region: false,
         },
     ];
-    Ok(RenderPass::new(device, "least", &attachments, &[subpass], &dependencies)?)
+    let parts = RenderPassParts { attachments: &attachments, subpasses: &[subpass], dependencies: &dependencies };
+    Ok(RenderPass::new(device, "least", parts)?)
 }
 
 fn pipeline(device: &Arc<Device>, render_pass: vk::RenderPass, layout: vk::PipelineLayout) -> Result<GraphicsPipeline> {

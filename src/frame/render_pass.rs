@@ -7,7 +7,7 @@ use ash::vk;
 
 use super::list::{RenderPassName, StepList, Subpass as Listed};
 use super::rows::{self, Row, Rows, SyncKind};
-use crate::gpu::{self, Device, RenderPass, SubpassDesc, SubpassOrder};
+use crate::gpu::{self, Device, MergeFeedback, RenderPass, RenderPassParts, SubpassDesc, SubpassOrder};
 use crate::passes::{PassName, Resource, ResourceUse, UseKind};
 use crate::plan::{FramePlan, Target};
 use crate::scene::Passes;
@@ -202,6 +202,25 @@ impl PassDescription {
     /// # Errors
     /// When the device cannot make it.
     pub fn make(&self, device: &Arc<Device>) -> gpu::Result<RenderPass> {
+        self.with_parts(|name, parts| RenderPass::new(device, name, parts))
+    }
+
+    /// Asks the driver which of the subpasses it merges. Returns nothing if the driver cannot answer, if there is only one subpass, and if Vulkan has no
+    /// object of the render pass.
+    ///
+    /// # Errors
+    /// When the device cannot make it.
+    pub fn merge_feedback(&self, device: &Arc<Device>) -> gpu::Result<Option<MergeFeedback>> {
+        // PRESENT_SRC belongs to VK_KHR_swapchain, and only windows open a device with it.
+        let presents = |own: &vk::AttachmentDescription| own.final_layout == vk::ImageLayout::PRESENT_SRC_KHR;
+        let is_shown = self.attachments.iter().any(|(_, own)| presents(own));
+        if self.is_rendering || self.subpasses.len() < 2 || is_shown {
+            return Ok(None);
+        }
+        self.with_parts(|name, parts| RenderPass::merge_feedback(device, name, parts))
+    }
+
+    fn with_parts<T>(&self, make: impl FnOnce(&str, RenderPassParts<'_>) -> T) -> T {
         let attachments: Vec<_> = self.attachments.iter().map(|&(_, description)| description).collect();
         let subpasses: Vec<_> = self
             .subpasses
@@ -224,7 +243,8 @@ impl PassDescription {
                 by_region: row.by_region,
             })
             .collect();
-        RenderPass::new(device, &self.name.to_string(), &attachments, &subpasses, &dependencies)
+        let parts = RenderPassParts { attachments: &attachments, subpasses: &subpasses, dependencies: &dependencies };
+        make(&self.name.to_string(), parts)
     }
 }
 

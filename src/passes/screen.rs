@@ -8,8 +8,8 @@ use super::{FrameContext, Making, PassRecorder, Slot};
 use crate::gpu::sync::Layouts;
 use crate::gpu::{
     self, DepthState, DescriptorPool, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, OwnedSampler,
-    RecordedPass, RenderPass, SetLayout, SetLayoutBinding, SetWriter, ShaderStage, SubpassDesc, binding, framebuffer,
-    pipeline_layout,
+    RecordedPass, RenderPass, RenderPassParts, SetLayout, SetLayoutBinding, SetWriter, ShaderStage, SubpassDesc,
+    binding, framebuffer, pipeline_layout,
 };
 use crate::plan::Target;
 use crate::shaders::Variant;
@@ -202,7 +202,8 @@ impl WindowPass {
             .final_layout(layout);
         let color = [vk::AttachmentReference { attachment: 0, layout }];
         let subpass = SubpassDesc { color: &color, ..SubpassDesc::default() };
-        let render_pass = RenderPass::new(device, &format!("{name} pass"), &[attachment], &[subpass], &[])?;
+        let parts = RenderPassParts { attachments: &[attachment], subpasses: &[subpass], dependencies: &[] };
+        let render_pass = RenderPass::new(device, &format!("{name} pass"), parts)?;
         let (framebuffers, extent) = (Framebuffers(Vec::new()), vk::Extent2D::default());
         Ok(Self { device: Arc::clone(device), format, layouts, render_pass, extent, name, framebuffers })
     }

@@ -320,6 +320,73 @@ fn one_scene_after_another_is_silent_where_pipelines_are_not_kept() {
 }
 
 #[test]
+fn inspect_prints_which_subpasses_a_driver_merges_where_it_tells() {
+    let stage = LayerSetup::new();
+    let inspect = |profile: Option<&str>, options: &[&str]| {
+        let usual = ["inspect", "builtin:hall", "--size", "64x36", "--validate"];
+        let output = stage.run(profile, &[&usual[..], options].concat());
+        let told = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{options:?}: {told}");
+        String::from_utf8(output.stdout).expect("UTF-8")
+    };
+    let lines = [
+        "  the driver merges the 3 subpasses of the GEOMETRY pass into 2",
+        "    LIGHTING  merged into subpass 0",
+        "    TONEMAP   not merged: too many attachments (VK_SUBPASS_MERGE_STATUS_NOT_MERGED_TOO_MANY_ATTACHMENTS_EXT): \
+         6 attachments, and a tile has room for 5",
+    ];
+    // Frames by either API: the question is asked by the second.
+    for sync in ["1", "2"] {
+        let text = inspect(Some("merge-feedback"), &["--sync", sync]);
+        assert!(text.contains(&lines.join("\n")), "{text}");
+    }
+    let text = inspect(Some("merge-feedback"), &["--msaa", "4"]);
+    let mismatch = "TONEMAP   not merged: the subpass before it has another number of samples";
+    assert!(text.contains(mismatch), "{text}");
+    // Each subpass is a render pass, and none can be merged.
+    let text = inspect(Some("merge-feedback"), &["--passes", "stored"]);
+    assert!(!text.contains("the driver merges"), "{text}");
+
+    let passes = |profile| {
+        let report: serde_json::Value = serde_json::from_str(&inspect(profile, &["--json"])).expect("JSON");
+        report["render_passes"].clone()
+    };
+    let merging = passes(Some("merge-feedback"))[0]["merging"].clone();
+    assert!(merging["merged_into"] == 2 && merging["subpasses"][1]["is_merged"] == true, "{merging}");
+    assert!(merging["subpasses"][2]["index"] == 1, "{merging}");
+    // The real device does not tell: lavapipe lacks the extension.
+    let real = passes(None);
+    assert!(real[0]["name"] == "GEOMETRY pass" && real[0]["merging"].is_null(), "{real}");
+    assert!(!inspect(None, &[]).contains("the driver merges"));
+}
+
+#[test]
+fn a_device_of_vulkan_1_1_meets_no_roadmap_and_says_its_version_first() {
+    let stage = LayerSetup::new();
+    let roadmaps = |profile| {
+        let output = stage.run(profile, &["doctor", "--json"]);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let report: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        report["devices"][0]["roadmaps"].clone()
+    };
+    let phone = roadmaps(Some("phone"));
+    for (index, (year, first)) in
+        [(2022, "Vulkan 1.3 (the device has 1.1)"), (2024, "Roadmap 2022"), (2026, "Roadmap 2024")]
+            .into_iter()
+            .enumerate()
+    {
+        let own = &phone[index];
+        assert!(own["year"] == year && own["met"] == false && own["missing"][0] == first, "{own}");
+    }
+    // Frames use only features that the device has.
+    let used = |own: &serde_json::Value| own[0]["used"].as_array().expect("a list").clone();
+    let names = ["independentBlend", "sampleRateShading", "drawIndirectFirstInstance", "samplerAnisotropy"];
+    assert_eq!(used(&phone), names);
+    let real = used(&roadmaps(None));
+    assert!(real.iter().any(|own| own == "synchronization2"), "{real:?}");
+}
+
+#[test]
 fn a_played_device_is_what_the_program_sees() {
     let stage = LayerSetup::new();
     for (profile, says) in [

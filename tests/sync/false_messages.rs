@@ -8,7 +8,7 @@ use afterlight::gpu::sync::{Dependency, Use};
 use afterlight::gpu::upload::COPY_WRITE;
 use afterlight::gpu::{
     Buffer, CommandBuffer, Device, DeviceChoice, Image, ImageDesc, Instance, InstanceOptions, Location, MemoryKind,
-    RenderPass, SubpassDesc, SubpassOrder, Validation, barrier, framebuffer, vk,
+    RenderPass, RenderPassParts, SubpassDesc, SubpassOrder, Validation, barrier, framebuffer, vk,
 };
 
 use super::gpu::HOST_READ;
@@ -63,7 +63,8 @@ fn draw_and_copy(device: &Arc<Device>, depth_first: bool) -> Result<(), Box<dyn 
     let copy_read = Use::new(S::TRANSFER, A::TRANSFER_READ);
     let color_to_copy = leaving(Use::new(S::COLOR_ATTACHMENT_OUTPUT, A::COLOR_ATTACHMENT_WRITE), copy_read);
     let dependencies = if depth_first { [depth_to_tests, color_to_copy] } else { [color_to_copy, depth_to_tests] };
-    let pass = RenderPass::new(device, "two ways out", &attachments, &[subpass], &dependencies)?;
+    let parts = RenderPassParts { attachments: &attachments, subpasses: &[subpass], dependencies: &dependencies };
+    let pass = RenderPass::new(device, "two ways out", parts)?;
     let target = framebuffer(device, "two ways out", pass.raw, &[color.view, depth.view], EXTENT)?;
 
     let bytes = 4 * u64::from(EXTENT.width * EXTENT.height);

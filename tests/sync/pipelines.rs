@@ -4,8 +4,8 @@ use super::gpu::{HOST_READ, TestResult, read_level, texture_desc, with_device};
 use afterlight::gpu::sync::{Dependency, Use};
 use afterlight::gpu::{
     self, Buffer, CommandBuffer, DescriptorPool, Device, Framebuffer, GraphicsPipeline, GraphicsPipelineDesc, Image,
-    ImageDesc, Location, MemoryKind, PipelinePlace, RenderPass, SetLayout, SetWriter, ShaderStage, SubpassDesc,
-    barrier, vk,
+    ImageDesc, Location, MemoryKind, PipelinePlace, RenderPass, RenderPassParts, SetLayout, SetWriter, ShaderStage,
+    SubpassDesc, barrier, vk,
 };
 use std::sync::Arc;
 
@@ -203,7 +203,8 @@ fn red_pass(device: &Arc<Device>, image: &Image) -> gpu::Result<(RenderPass, Fra
         .final_layout(layout);
     let color = [vk::AttachmentReference { attachment: 0, layout }];
     let subpasses = [SubpassDesc { color: &color, ..SubpassDesc::default() }];
-    let pass = RenderPass::new(device, "red", &[attachment], &subpasses, &[])?;
+    let parts = RenderPassParts { attachments: &[attachment], subpasses: &subpasses, dependencies: &[] };
+    let pass = RenderPass::new(device, "red", parts)?;
     let framebuffer = gpu::framebuffer(device, "red", pass.raw, &[image.view], SIZE)?;
     Ok((pass, framebuffer))
 }

@@ -12,6 +12,7 @@ use ash::vk;
 use ash::vk::Handle;
 
 use super::error::{Doing, Error, Result};
+use super::feature_set::FeatureSet;
 use super::functions::Functions;
 use super::instance::{Instance, Validation};
 use super::instrumentation::Instrumentation;
@@ -67,11 +68,13 @@ pub struct EnabledFeatures {
     pub local_read: bool,
     /// Images may stay in GENERAL without a loss (VK_KHR_unified_image_layouts).
     pub unified_layouts: bool,
+    /// The driver tells which subpasses it merges (VK_EXT_subpass_merge_feedback), where a render pass of VK_KHR_create_renderpass2 asks for it.
+    pub merge_feedback: bool,
 }
 
 impl EnabledFeatures {
     /// `required` are the extensions that the device is opened with in any case.
-    fn of(physical: &PhysicalDevice, required: &[&'static CStr]) -> EnabledFeatures {
+    pub(super) fn of(physical: &PhysicalDevice, required: &[&'static CStr]) -> EnabledFeatures {
         let has = |name: &CStr| physical.extensions.contains(&*name.to_string_lossy());
         EnabledFeatures {
             depth_clamp: physical.features.depth_clamp == vk::TRUE,
@@ -97,6 +100,23 @@ impl EnabledFeatures {
             render_pass2: has(ash::khr::create_renderpass2::NAME),
             local_read: physical.newer.local_read,
             unified_layouts: physical.newer.unified_layouts,
+            merge_feedback: physical.newer.merge_feedback && has(ash::khr::create_renderpass2::NAME),
+        }
+    }
+
+    /// The structures of features that a device is opened with. A structure whose features are all absent must not be chained.
+    pub(super) fn asked(&self) -> FeatureSet {
+        FeatureSet {
+            core: self.core(),
+            indexing: vk::PhysicalDeviceDescriptorIndexingFeatures::default()
+                .shader_sampled_image_array_non_uniform_indexing(self.non_uniform_textures),
+            maintenance4: vk::PhysicalDeviceMaintenance4Features::default().maintenance4(self.maintenance4),
+            synchronization2: vk::PhysicalDeviceSynchronization2Features::default()
+                .synchronization2(self.synchronization2),
+            rendering: vk::PhysicalDeviceDynamicRenderingFeatures::default().dynamic_rendering(self.local_read),
+            local_read: vk::PhysicalDeviceDynamicRenderingLocalReadFeaturesKHR::default()
+                .dynamic_rendering_local_read(self.local_read),
+            ..FeatureSet::default()
         }
     }
 
@@ -114,7 +134,7 @@ impl EnabledFeatures {
             .texture_compression_etc2(self.texture_compression_etc2)
     }
 
-    fn extensions(&self) -> impl Iterator<Item = &'static CStr> {
+    pub(super) fn extensions(&self) -> impl Iterator<Item = &'static CStr> {
         // A device that has the portability subset must be given it.
         let subset = self.portability_subset.then_some(ash::khr::portability_subset::NAME);
         let mutable = self.mutable_swapchains.then_some(MUTABLE_SWAPCHAINS).into_iter().flatten();
@@ -126,7 +146,8 @@ impl EnabledFeatures {
         let pass2 = self.render_pass2.then_some(ash::khr::create_renderpass2::NAME);
         let local_read = self.local_read.then_some(LOCAL_READ).into_iter().flatten();
         let unified = self.unified_layouts.then_some(UNIFIED_LAYOUTS);
-        [subset, indexing, budget, boundary, maintenance, synchronization, pass2, unified]
+        let merging = self.merge_feedback.then_some(ash::ext::subpass_merge_feedback::NAME);
+        [subset, indexing, budget, boundary, maintenance, synchronization, pass2, unified, merging]
             .into_iter()
             .flatten()
             .chain(mutable)
@@ -395,39 +416,37 @@ fn create(
         Validation::GpuAssisted => Instrumentation::of(instance, physical)?,
         _ => Instrumentation::default(),
     };
-    let core = instrumentation.with(features.core());
+    let mut asked = features.asked();
+    let core = instrumentation.with(asked.core);
     let info = vk::DeviceCreateInfo::default()
         .queue_create_infos(&queues)
         .enabled_extension_names(&names)
         .enabled_features(&core);
     let (mut info, is_with_1_2) = instrumentation.chain(info, features.non_uniform_textures);
-    let mut indexing =
-        vk::PhysicalDeviceDescriptorIndexingFeatures::default().shader_sampled_image_array_non_uniform_indexing(true);
     // The structure of Vulkan 1.2 has the same feature, and is chained in place of this one.
     if features.non_uniform_textures && !is_with_1_2 {
-        info = info.push_next(&mut indexing);
+        info = info.push_next(&mut asked.indexing);
     }
     let mut frame_boundary = vk::PhysicalDeviceFrameBoundaryFeaturesEXT::default().frame_boundary(true);
     if features.frame_boundary {
         info = info.push_next(&mut frame_boundary);
     }
-    let mut maintenance4 = vk::PhysicalDeviceMaintenance4Features::default().maintenance4(true);
     if features.maintenance4 {
-        info = info.push_next(&mut maintenance4);
+        info = info.push_next(&mut asked.maintenance4);
     }
-    let mut synchronization2 = vk::PhysicalDeviceSynchronization2Features::default().synchronization2(true);
     if features.synchronization2 {
-        info = info.push_next(&mut synchronization2);
+        info = info.push_next(&mut asked.synchronization2);
     }
-    let mut rendering = vk::PhysicalDeviceDynamicRenderingFeatures::default().dynamic_rendering(true);
-    let mut local_read =
-        vk::PhysicalDeviceDynamicRenderingLocalReadFeaturesKHR::default().dynamic_rendering_local_read(true);
     if features.local_read {
-        info = info.push_next(&mut rendering).push_next(&mut local_read);
+        info = info.push_next(&mut asked.rendering).push_next(&mut asked.local_read);
     }
     let mut unified = UnifiedLayoutsFeatures::new(true);
     if features.unified_layouts {
         info = info.push_next(&mut unified);
+    }
+    let mut merging = vk::PhysicalDeviceSubpassMergeFeedbackFeaturesEXT::default().subpass_merge_feedback(true);
+    if features.merge_feedback {
+        info = info.push_next(&mut merging);
     }
     // SAFETY: the device was listed by this instance; it has these extensions and features; all that the structures
     // point to lives until the call returns.

@@ -108,7 +108,7 @@ pub(super) struct InstanceHandles {
     pub(super) has_debug_utils: bool,
     messenger: Option<(ash::ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
     // Its functions and the log that the messenger writes to are used until the instance is destroyed.
-    entry: ash::Entry,
+    pub(super) entry: ash::Entry,
     log: Arc<MessageLog>,
 }
 
@@ -299,7 +299,7 @@ fn enumerate_layers(entry: &ash::Entry) -> Result<Vec<LayerInfo>> {
 }
 
 /// The instance extensions of a layer, or without one those of the loader and the drivers.
-fn enumerate_extensions(entry: &ash::Entry, layer: Option<&CStr>) -> Result<BTreeSet<String>> {
+pub(super) fn enumerate_extensions(entry: &ash::Entry, layer: Option<&CStr>) -> Result<BTreeSet<String>> {
     // SAFETY: the layer's name, if any, comes from the list of layers.
     let extensions = unsafe { entry.enumerate_instance_extension_properties(layer) }
         .doing("vkEnumerateInstanceExtensionProperties", || "listing the Vulkan instance extensions")?;

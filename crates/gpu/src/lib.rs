@@ -30,6 +30,7 @@ mod device;
 #[cfg(feature = "caches")]
 mod device_file;
 mod error;
+mod feature_set;
 mod functions;
 mod image;
 #[cfg(feature = "present")]
@@ -49,6 +50,7 @@ mod pipeline_cache;
 mod queries;
 mod render_pass;
 mod reuse;
+mod roadmap;
 mod sampler;
 mod submission;
 #[cfg(feature = "present")]
@@ -69,6 +71,7 @@ pub use journal::{Arguments, Barrier, BarrierPart, Command};
 pub use memory::{HeapReport, KindReport, MemoryKind, MemoryReport};
 pub use message::{Message, MessageKind, MessageLog, Severity};
 pub use physical::{DeviceChoice, NewerFeatures, PhysicalDevice, choose};
+pub use roadmap::Roadmap;
 pub use submission::SubmitOptions;
 #[cfg(feature = "present")]
 pub use surface::{HEADLESS, Surface, surface_extensions};
@@ -93,7 +96,10 @@ pub use pipeline::{
 #[cfg(feature = "caches")]
 pub use pipeline_cache::DriverHeader;
 pub use queries::Timestamps;
-pub use render_pass::{Framebuffer, RecordedPass, RenderPass, SubpassDesc, SubpassOrder, framebuffer};
+pub use render_pass::{
+    Framebuffer, MergeFeedback, RecordedPass, RenderPass, RenderPassParts, SubpassDesc, SubpassFeedback, SubpassOrder,
+    framebuffer,
+};
 pub use sampler::OwnedSampler;
 pub use submission::Ticket;
 #[cfg(feature = "present")]

@@ -1,4 +1,4 @@
-//! The parts of newer Vulkan that `ash` does not know yet: VK_KHR_unified_image_layouts, and the properties of Vulkan 1.4.
+//! The parts of newer Vulkan that `ash` does not know yet: VK_KHR_unified_image_layouts, the properties of Vulkan 1.4, and extensions of Roadmap 2026.
 
 use std::ffi::{CStr, c_void};
 use std::marker::PhantomData;
@@ -90,3 +90,70 @@ impl Default for Vulkan14Properties<'_> {
 
 // SAFETY: the specification lets the structure extend these properties, and it begins as all of Vulkan's do.
 unsafe impl vk::ExtendsPhysicalDeviceProperties2 for Vulkan14Properties<'_> {}
+
+/// Names of extensions that `ash` does not have.
+macro_rules! names {
+    ($($name:ident = $text:literal;)*) => {
+        $(
+            #[doc = concat!("The name of the extension, ", stringify!($text), ".")]
+            pub const $name: &CStr = $text;
+        )*
+    };
+}
+
+names! {
+    ROBUSTNESS2 = c"VK_KHR_robustness2";
+    COMPUTE_SHADER_DERIVATIVES = c"VK_KHR_compute_shader_derivatives";
+    DEPTH_CLAMP_ZERO_ONE = c"VK_KHR_depth_clamp_zero_one";
+    SWAPCHAIN_MAINTENANCE1 = c"VK_KHR_swapchain_maintenance1";
+    SURFACE_MAINTENANCE1 = c"VK_KHR_surface_maintenance1";
+    PIPELINE_BINARY = c"VK_KHR_pipeline_binary";
+    MAINTENANCE7 = c"VK_KHR_maintenance7";
+    MAINTENANCE8 = c"VK_KHR_maintenance8";
+    MAINTENANCE9 = c"VK_KHR_maintenance9";
+    COPY_MEMORY_INDIRECT = c"VK_KHR_copy_memory_indirect";
+    SHADER_UNTYPED_POINTERS = c"VK_KHR_shader_untyped_pointers";
+    PRESENT_MODE_FIFO_LATEST_READY = c"VK_KHR_present_mode_fifo_latest_ready";
+    PRESENT_ID2 = c"VK_KHR_present_id2";
+    PRESENT_WAIT2 = c"VK_KHR_present_wait2";
+}
+
+/// Structures of features by the numbers of their types in the registry (vk.xml), with their fields in order.
+macro_rules! feature_structures {
+    ($($name:ident = $s_type:literal { $($field:ident),* })*) => {
+        $(
+            #[doc = concat!("`VkPhysicalDevice", stringify!($name), "KHR`.")]
+            #[repr(C)]
+            pub struct $name {
+                s_type: vk::StructureType,
+                p_next: *mut c_void,
+                $(pub $field: vk::Bool32,)*
+            }
+
+            impl Default for $name {
+                fn default() -> Self {
+                    Self {
+                        s_type: vk::StructureType::from_raw($s_type),
+                        p_next: std::ptr::null_mut(),
+                        $($field: vk::FALSE,)*
+                    }
+                }
+            }
+
+            // SAFETY: the specification lets the structure extend these features, and it begins as all of Vulkan's do.
+            unsafe impl vk::ExtendsPhysicalDeviceFeatures2 for $name {}
+        )*
+    };
+}
+
+feature_structures! {
+    PipelineBinaryFeatures = 1_000_483_000 { pipeline_binaries }
+    Maintenance7Features = 1_000_562_000 { maintenance7 }
+    Maintenance8Features = 1_000_574_000 { maintenance8 }
+    Maintenance9Features = 1_000_584_000 { maintenance9 }
+    CopyMemoryIndirectFeatures = 1_000_549_000 { indirect_memory_copy, indirect_memory_to_image_copy }
+    ShaderUntypedPointersFeatures = 1_000_387_000 { shader_untyped_pointers }
+    PresentModeFifoLatestReadyFeatures = 1_000_361_000 { present_mode_fifo_latest_ready }
+    PresentId2Features = 1_000_479_002 { present_id2 }
+    PresentWait2Features = 1_000_480_001 { present_wait2 }
+}

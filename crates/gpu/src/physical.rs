@@ -60,7 +60,7 @@ pub struct PhysicalDevice {
     /// [`super::InstanceOptions::calibrated`], and with the feature `caches`.
     #[cfg(feature = "caches")]
     pub calibration: Option<Vec<u8>>,
-    instance: Arc<InstanceHandles>,
+    pub(super) instance: Arc<InstanceHandles>,
 }
 
 impl PhysicalDevice {
@@ -242,6 +242,8 @@ pub struct NewerFeatures {
     pub local_read_samples: bool,
     /// VK_KHR_unified_image_layouts.
     pub unified_layouts: bool,
+    /// VK_EXT_subpass_merge_feedback.
+    pub merge_feedback: bool,
 }
 
 impl NewerFeatures {
@@ -260,6 +262,7 @@ impl NewerFeatures {
         let mut rendering = vk::PhysicalDeviceDynamicRenderingFeatures::default();
         let mut local_read = vk::PhysicalDeviceDynamicRenderingLocalReadFeaturesKHR::default();
         let mut unified = UnifiedLayoutsFeatures::new(false);
+        let mut merging = vk::PhysicalDeviceSubpassMergeFeedbackFeaturesEXT::default();
         let lists_local_read = LOCAL_READ.into_iter().all(has);
         let mut query = vk::PhysicalDeviceFeatures2::default();
         // A structure of an extension that is not listed must not be asked for.
@@ -271,6 +274,9 @@ impl NewerFeatures {
         }
         if has(UNIFIED_LAYOUTS) {
             query = query.push_next(&mut unified);
+        }
+        if has(ash::ext::subpass_merge_feedback::NAME) {
+            query = query.push_next(&mut merging);
         }
         // SAFETY: the device was listed by this instance, and the structures live until the call returns.
         unsafe { instance.raw.get_physical_device_features2(raw, &mut query) };
@@ -292,6 +298,7 @@ impl NewerFeatures {
             local_read_depth: reads && is_on(read.local_read_depth),
             local_read_samples: reads && is_on(read.local_read_samples),
             unified_layouts: is_on(unified.unified_image_layouts),
+            merge_feedback: is_on(merging.subpass_merge_feedback),
         }
     }
 }

@@ -6,6 +6,7 @@ use ash::vk;
 
 use super::device::Device;
 use super::error::{Doing, Error, Result};
+use super::instance::fixed_text;
 use super::owned::Owned;
 use super::sync::{SyncVersion, Use};
 
@@ -49,45 +50,117 @@ impl SubpassOrder {
     }
 }
 
+/// The parts of a render pass, whose subpasses are all graphics.
+#[derive(Clone, Copy, Debug)]
+pub struct RenderPassParts<'a> {
+    /// The attachments that subpasses refer to by their index.
+    pub attachments: &'a [vk::AttachmentDescription],
+    /// The subpasses in their order.
+    pub subpasses: &'a [SubpassDesc<'a>],
+    /// The dependencies between subpasses, and with the work before and after the render pass.
+    pub dependencies: &'a [SubpassOrder],
+}
+
+/// The driver's answer on which subpasses of a render pass it merges (VK_EXT_subpass_merge_feedback).
+#[derive(Clone, Debug)]
+pub struct MergeFeedback {
+    /// The number of subpasses after merging.
+    pub merged_count: u32,
+    /// Each subpass as it was described.
+    pub subpasses: Vec<SubpassFeedback>,
+}
+
+/// The driver's answer on one subpass.
+#[derive(Clone, Debug)]
+pub struct SubpassFeedback {
+    /// Whether the subpass is merged with the one before it, and why not.
+    pub status: vk::SubpassMergeStatusEXT,
+    /// The driver's own words; may be empty.
+    pub description: String,
+    /// The index after merging.
+    pub index: u32,
+}
+
+/// The places into which a driver writes its answer.
+struct FeedbackPlaces {
+    pass: vk::RenderPassCreationFeedbackInfoEXT,
+    subpasses: Vec<vk::RenderPassSubpassFeedbackInfoEXT>,
+}
+
 impl RenderPass {
-    /// A render pass of these subpasses, all graphics.
+    /// A render pass of these parts.
     ///
     /// # Errors
     /// [`Error::TooLarge`] for more colour attachments in a subpass, or more input attachments, than the device has;
     /// running out of memory.
-    pub fn new(
+    pub fn new(device: &Arc<Device>, name: &str, parts: RenderPassParts<'_>) -> Result<RenderPass> {
+        parts.check(device, name)?;
+        let raw = match device.sync() {
+            SyncVersion::One => create(device, parts),
+            SyncVersion::Two => create2(device, parts, SyncVersion::Two, None),
+        };
+        let raw = raw.doing("vkCreateRenderPass", || format!("creating the render pass '{name}'"))?;
+        // Render passes are compatible if they differ in layouts, loads and stores only; telling apart those that differ there costs little.
+        // Layer 1.3.239 takes two that were made by the two APIs for incompatible: of the second it does not see the masks.
+        let RenderPassParts { attachments, subpasses, dependencies } = parts;
+        device.reuse.note(raw, (device.sync(), attachments, subpasses, dependencies));
+        Ok(Owned::new_from(device, name, raw))
+    }
+
+    /// Makes a render pass only to ask which of its subpasses the driver merges. Returns nothing if the driver cannot answer.
+    ///
+    /// # Errors
+    /// As [`RenderPass::new`].
+    pub fn merge_feedback(
         device: &Arc<Device>,
         name: &str,
-        attachments: &[vk::AttachmentDescription],
-        subpasses: &[SubpassDesc<'_>],
-        dependencies: &[SubpassOrder],
-    ) -> Result<RenderPass> {
+        parts: RenderPassParts<'_>,
+    ) -> Result<Option<MergeFeedback>> {
+        if !device.features.merge_feedback {
+            return Ok(None);
+        }
+        parts.check(device, name)?;
+        // A driver may leave a place as it is. The default, 0, would then mean MERGED.
+        let unanswered = vk::RenderPassSubpassFeedbackInfoEXT::default()
+            .subpass_merge_status(vk::SubpassMergeStatusEXT::NOT_MERGED_UNSPECIFIED);
+        let mut places = FeedbackPlaces {
+            pass: vk::RenderPassCreationFeedbackInfoEXT::default(),
+            subpasses: vec![unanswered; parts.subpasses.len()],
+        };
+        // Masks of synchronization2 are the same dependencies, said more finely.
+        let masks = if device.features.synchronization2 { SyncVersion::Two } else { SyncVersion::One };
+        let raw = create2(device, parts, masks, Some(&mut places)).doing("vkCreateRenderPass2", || {
+            format!("asking which subpasses of the render pass '{name}' are merged")
+        })?;
+        drop(Owned::new_from(device, &format!("{name}, asked for its merging"), raw));
+        let answer = |own: &vk::RenderPassSubpassFeedbackInfoEXT| SubpassFeedback {
+            status: own.subpass_merge_status,
+            description: fixed_text(&own.description),
+            index: own.post_merge_index,
+        };
+        Ok(Some(MergeFeedback {
+            merged_count: places.pass.post_merge_subpass_count,
+            subpasses: places.subpasses.iter().map(answer).collect(),
+        }))
+    }
+}
+
+impl RenderPassParts<'_> {
+    fn check(&self, device: &Device, name: &str) -> Result<()> {
         let limits = &device.physical.limits;
-        for (index, subpass) in subpasses.iter().enumerate() {
+        for (index, subpass) in self.subpasses.iter().enumerate() {
             let of = format!("attachments of subpass {index} of '{name}'");
             check(format!("the number of color {of}"), subpass.color.len(), limits.max_color_attachments)?;
             let most = limits.max_per_stage_descriptor_input_attachments;
             check(format!("the number of input {of}"), subpass.input.len(), most)?;
         }
-        let raw = match device.sync() {
-            SyncVersion::One => create(device, attachments, subpasses, dependencies),
-            SyncVersion::Two => create2(device, attachments, subpasses, dependencies),
-        };
-        let raw = raw.doing("vkCreateRenderPass", || format!("creating the render pass '{name}'"))?;
-        // Render passes are compatible if they differ in layouts, loads and stores only; telling apart those that differ there costs little.
-        // Layer 1.3.239 takes two that were made by the two APIs for incompatible: of the second it does not see the masks.
-        device.reuse.note(raw, (device.sync(), attachments, subpasses, dependencies));
-        Ok(Owned::new_from(device, name, raw))
+        Ok(())
     }
 }
 
 /// By Vulkan 1.0.
-fn create(
-    device: &Device,
-    attachments: &[vk::AttachmentDescription],
-    subpasses: &[SubpassDesc<'_>],
-    dependencies: &[SubpassOrder],
-) -> ash::prelude::VkResult<vk::RenderPass> {
+fn create(device: &Device, parts: RenderPassParts<'_>) -> ash::prelude::VkResult<vk::RenderPass> {
+    let RenderPassParts { attachments, subpasses, dependencies } = parts;
     let descriptions: Vec<vk::SubpassDescription<'_>> = subpasses
         .iter()
         .map(|subpass| {
@@ -127,13 +200,14 @@ fn create(
     unsafe { device.raw.create_render_pass(&info, None) }
 }
 
-/// By VK_KHR_create_renderpass2, whose dependencies take the masks of synchronization2.
+/// By VK_KHR_create_renderpass2, whose dependencies take the masks of either API, and whose subpasses may ask for feedback.
 fn create2(
     device: &Device,
-    attachments: &[vk::AttachmentDescription],
-    subpasses: &[SubpassDesc<'_>],
-    dependencies: &[SubpassOrder],
+    parts: RenderPassParts<'_>,
+    masks: SyncVersion,
+    feedback: Option<&mut FeedbackPlaces>,
 ) -> ash::prelude::VkResult<vk::RenderPass> {
+    let RenderPassParts { attachments, subpasses, dependencies } = parts;
     let attachment = |own: &vk::AttachmentDescription| {
         vk::AttachmentDescription2::default()
             .format(own.format)
@@ -179,8 +253,8 @@ fn create2(
             (own.preserve.len() as u32, own.preserve.as_ptr());
         description
     };
-    let descriptions: Vec<_> = subpasses.iter().zip(&references).map(description).collect();
-    let mut masks: Vec<_> = dependencies
+    let mut descriptions: Vec<_> = subpasses.iter().zip(&references).map(description).collect();
+    let mut fine: Vec<_> = dependencies
         .iter()
         .map(|own| {
             vk::MemoryBarrier2::default()
@@ -190,19 +264,39 @@ fn create2(
                 .dst_access_mask(own.after.access)
         })
         .collect();
-    let dependency = |(own, masks)| {
+    let dependency = |(own, fine)| {
         let own: &SubpassOrder = own;
-        vk::SubpassDependency2::default()
+        let dependency = vk::SubpassDependency2::default()
             .src_subpass(own.between[0])
             .dst_subpass(own.between[1])
-            .dependency_flags(own.flags())
-            .push_next(masks)
+            .dependency_flags(own.flags());
+        match masks {
+            SyncVersion::One => {
+                let ((from, available), (to, visible)) = (own.before.masks(), own.after.masks());
+                let dependency = dependency.src_stage_mask(from).src_access_mask(available);
+                dependency.dst_stage_mask(to).dst_access_mask(visible)
+            }
+            SyncVersion::Two => dependency.push_next(fine),
+        }
     };
-    let dependencies: Vec<_> = dependencies.iter().zip(&mut masks).map(dependency).collect();
-    let info = vk::RenderPassCreateInfo2::default()
+    let dependencies: Vec<_> = dependencies.iter().zip(&mut fine).map(dependency).collect();
+    let (mut of_pass, mut of_subpasses) = (vk::RenderPassCreationFeedbackCreateInfoEXT::default(), Vec::new());
+    let asks = feedback.is_some();
+    if let Some(FeedbackPlaces { pass, subpasses }) = feedback {
+        of_pass = of_pass.render_pass_feedback(pass);
+        let place = |own| vk::RenderPassSubpassFeedbackCreateInfoEXT::default().subpass_feedback(own);
+        of_subpasses = subpasses.iter_mut().map(place).collect();
+    }
+    for (description, place) in descriptions.iter_mut().zip(&mut of_subpasses) {
+        *description = description.push_next(place);
+    }
+    let mut info = vk::RenderPassCreateInfo2::default()
         .attachments(&attachments)
         .subpasses(&descriptions)
         .dependencies(&dependencies);
+    if asks {
+        info = info.push_next(&mut of_pass);
+    }
     // SAFETY: the device is alive, and all that the structures point to lives until the call returns.
     unsafe { device.raw.create_render_pass2(&info) }
 }

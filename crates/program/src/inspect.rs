@@ -279,7 +279,7 @@ pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
                 motion,
                 gbuffer_bytes_per_pixel: plan.gbuffer_bytes_per_pixel(),
                 plan: parts,
-                render_passes: traffic::of(&plan, &dependencies),
+                render_passes: traffic::of(&plan, &dependencies, &device)?,
                 dependencies: dependencies
                     .iter()
                     .map(|row| RowReport::of(row, &layouts(row), Some(&covered(&plan, &dependencies, row))))
@@ -296,7 +296,7 @@ pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
         text.push_str(&motion.map_or_else(String::new, |motion| motion.text(is_verbose)));
         text.push_str(&parts.text());
         let _ = writeln!(text, "The G-buffer takes {} bytes a pixel.", plan.gbuffer_bytes_per_pixel());
-        let _ = write!(text, "\nRender passes\n{}", traffic::text(&traffic::of(&plan, &dependencies)));
+        let _ = write!(text, "\nRender passes\n{}", traffic::text(&traffic::of(&plan, &dependencies, &device)?));
         let _ = write!(text, "\nDependencies\n{}", row_list(&plan, &dependencies, layouts));
         let files = args.written();
         let between = if files.is_empty() { "" } else { "\n" };

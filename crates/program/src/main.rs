@@ -23,6 +23,7 @@ mod logs;
 #[cfg(feature = "report")]
 mod measuring;
 mod memory;
+mod merging;
 mod motion_report;
 mod output;
 mod own;

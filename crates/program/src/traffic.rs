@@ -1,14 +1,16 @@
 //! Render passes by what they load from memory and store to it, and by the bits of colour that a tile keeps for a pixel.
 
 use std::fmt::Write as _;
+use std::sync::Arc;
 
 use afterlight::frame::render_pass::PassDescription;
 use afterlight::frame::rows::Rows;
-use afterlight::gpu::{format_bytes, vk};
+use afterlight::gpu::{self, Device, format_bytes, vk};
 use afterlight::passes::Resource;
 use afterlight::plan::FramePlan;
 use serde::Serialize;
 
+use crate::merging::MergingReport;
 use crate::table::{TextTable, bytes};
 
 /// Bits of colour a pixel up to which Arm advises that subpasses be merged; depth does not count (Arm GPU Best Practices, "Multipass rendering").
@@ -25,12 +27,21 @@ pub struct PassTraffic {
     loaded_bytes: u64,
     /// Bytes a frame that store operations write.
     stored_bytes: u64,
+    /// The driver's answer on which subpasses it merges; `null` where it gives none.
+    merging: Option<MergingReport>,
 }
 
 /// The render passes of a plan's frames, but those of shadow maps, which draw only maps that have changed.
-pub fn of(plan: &FramePlan, rows: &Rows) -> Vec<PassTraffic> {
+///
+/// # Errors
+/// When a render pass cannot be made for the question which subpasses are merged.
+pub fn of(plan: &FramePlan, rows: &Rows, device: &Arc<Device>) -> gpu::Result<Vec<PassTraffic>> {
     let all = PassDescription::all(plan, rows);
-    all.iter().filter(|pass| !pass.name.draws_maps()).map(|pass| PassTraffic::of(plan, pass)).collect()
+    let with_merging = |pass: &PassDescription| {
+        let merging = MergingReport::of(pass, device)?;
+        Ok(PassTraffic { merging, ..PassTraffic::of(plan, pass) })
+    };
+    all.iter().filter(|pass| !pass.name.draws_maps()).map(with_merging).collect()
 }
 
 impl PassTraffic {
@@ -66,6 +77,7 @@ impl PassTraffic {
             color_bits: (0..pass.subpasses.len()).map(live).max().unwrap_or(0),
             loaded_bytes: sum(&|own| own.load_op == vk::AttachmentLoadOp::LOAD),
             stored_bytes: sum(&|own| own.store_op == vk::AttachmentStoreOp::STORE),
+            merging: None,
         }
     }
 }
@@ -94,6 +106,11 @@ pub fn text(passes: &[PassTraffic]) -> String {
             "  Arm advises at most {TILE_BITS} bits of colour a pixel, depth apart, for subpasses to stay in a tile: the {} has {}",
             own.name, own.color_bits
         );
+    }
+    for own in passes {
+        if let Some(merging) = &own.merging {
+            text.push_str(&merging.text(&own.name));
+        }
     }
     text
 }

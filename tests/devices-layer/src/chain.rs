@@ -79,6 +79,7 @@ macro_rules! have_switches {
 
 have_switches! {
     PhysicalDevicePortabilitySubsetFeaturesKHR: 15,
+    PhysicalDeviceSubpassMergeFeedbackFeaturesEXT: 1,
     PhysicalDevice16BitStorageFeatures: 4,
     PhysicalDeviceVariablePointersFeatures: 2,
     PhysicalDeviceProtectedMemoryFeatures: 1,
@@ -90,7 +91,7 @@ have_switches! {
     PhysicalDeviceVulkan13Features: 15,
 }
 
-/// Takes the features away that the played device lacks, of a structure that a device below has filled in.
+/// Takes the features away that the played device lacks, of a structure that a device below has filled in, and adds its own.
 ///
 /// # Safety
 /// The structure is from a chain, and nobody else uses it meanwhile.
@@ -102,6 +103,14 @@ pub unsafe fn play_features(profile: Profile, structure: NonNull<vk::BaseOutStru
     }
     if profile.has_portability_subset() {
         for_each_of!(structure, [vk::PhysicalDevicePortabilitySubsetFeaturesKHR<'static>], clear);
+    }
+    macro_rules! set {
+        ($own:ident) => {
+            $own.switches().fill(vk::TRUE)
+        };
+    }
+    if profile.tells_merging() {
+        for_each_of!(structure, [vk::PhysicalDeviceSubpassMergeFeedbackFeaturesEXT<'static>], set);
     }
     if profile.is_of_vulkan_1_1() {
         for_each_optional!(structure, clear);

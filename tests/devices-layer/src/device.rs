@@ -8,6 +8,7 @@ use ash::vk;
 use ash::vk::Handle;
 
 use super::loader::{Dispatched, typed};
+use super::profile::Profile;
 use super::queries::{LazyType, lazy_type, played_extensions, real_features, real_memory};
 use super::shared::{below, device_below, locked, names_extension};
 use super::{DEVICES, INSTANCES, InstanceBelow, chain};
@@ -19,6 +20,7 @@ pub struct DeviceBelow {
     destroy: Option<vk::PFN_vkDestroyDevice>,
     device: vk::Device,
     lazy: Option<LazyType>,
+    pub tells_merging: bool,
 }
 
 /// Images that live in lazily allocated memory, if their owner wants it: by their device and their handle.
@@ -82,7 +84,7 @@ pub unsafe extern "system" fn create(
     }
     // SAFETY: as this function was called, with the link of the layer below in the chain, and without the extension that the device below does not
     // know.
-    let result = unsafe { create_real(create, (physical, described), allocator, device) };
+    let result = unsafe { create_real(create, (physical, described), (allocator, device), parent.profile) };
     if result != vk::Result::SUCCESS {
         return result;
     }
@@ -94,37 +96,41 @@ pub unsafe extern "system" fn create(
     let lazy = lazy_type(parent.profile, &real);
     // SAFETY: it was just created.
     if let Some(key) = unsafe { created.key() } {
-        locked(&DEVICES).insert(key, DeviceBelow { get_proc_addr, destroy, device: created, lazy });
+        let tells_merging = parent.profile.tells_merging();
+        locked(&DEVICES).insert(key, DeviceBelow { get_proc_addr, destroy, device: created, lazy, tells_merging });
     }
     result
 }
 
-/// Creates the device below without the portability subset, which it does not have.
+/// Creates the device below without the extension and the feature that only the played one has.
 ///
 /// # Safety
 /// As `vkCreateDevice`.
 unsafe fn create_real(
     create: vk::PFN_vkCreateDevice,
     (physical, described): (vk::PhysicalDevice, &vk::DeviceCreateInfo<'_>),
-    allocator: *const vk::AllocationCallbacks<'_>,
-    device: *mut vk::Device,
+    (allocator, device): (*const vk::AllocationCallbacks<'_>, *mut vk::Device),
+    profile: Profile,
 ) -> vk::Result {
     let (count, names) = (described.enabled_extension_count as usize, described.pp_enabled_extension_names);
     // SAFETY: there are so many names, each of them a string that ends in NUL.
     let own = (0..count).map(|index| unsafe { names.add(index).read() });
     let names: Vec<*const c_char> = own
         // SAFETY: as above.
-        .filter(|&name| unsafe { CStr::from_ptr(name) } != ash::khr::portability_subset::NAME)
+        .filter(|&name| Some(unsafe { CStr::from_ptr(name) }) != profile.own_extension())
         .collect();
     let mut info = *described;
     info.enabled_extension_count = names.len() as u32;
     info.pp_enabled_extension_names = names.as_ptr();
-    let subset = vk::StructureType::PHYSICAL_DEVICE_PORTABILITY_SUBSET_FEATURES_KHR;
+    let features = match profile.tells_merging() {
+        true => vk::StructureType::PHYSICAL_DEVICE_SUBPASS_MERGE_FEEDBACK_FEATURES_EXT,
+        false => vk::StructureType::PHYSICAL_DEVICE_PORTABILITY_SUBSET_FEATURES_KHR,
+    };
     // SAFETY: the chain is the caller's, alive, and used by no other thread meanwhile; it is put together again below.
     let removed = unsafe {
         let first = std::ptr::from_mut(&mut info).cast::<vk::BaseOutStructure<'static>>();
         let before = chain::structures(first.cast())
-            .find(|own| own.as_ref().p_next.as_ref().is_some_and(|next| next.s_type == subset));
+            .find(|own| own.as_ref().p_next.as_ref().is_some_and(|next| next.s_type == features));
         before.map(|mut before| {
             let removed = before.as_ref().p_next;
             before.as_mut().p_next = (*removed).p_next;
@@ -155,7 +161,7 @@ pub unsafe extern "system" fn destroy(device: vk::Device, allocator: *const vk::
 ///
 /// # Safety
 /// The device is alive, and `F` is the type of the function's pointer.
-unsafe fn next<F: Copy>(device: vk::Device, name: &CStr) -> Option<(F, DeviceBelow)> {
+pub unsafe fn next<F: Copy>(device: vk::Device, name: &CStr) -> Option<(F, DeviceBelow)> {
     // SAFETY: the caller's promise.
     let below = unsafe { below(&DEVICES, device) }?;
     // SAFETY: the layer below gives functions by their names, and the type is the caller's promise.

@@ -1,4 +1,4 @@
-//! A Vulkan layer for tests: it plays devices that have less than the one below. `AFTERLIGHT_PLAYS` names the device. docs/DEVICES.md says how the
+//! A Vulkan layer for tests: it plays devices that have less than the one below, or an extension more. `AFTERLIGHT_PLAYS` names the device. docs/DEVICES.md says how the
 //! layer is loaded, and lists what the program draws on each.
 //!
 //! It belongs below the validation layer, nearer to the driver: validation then holds the program against the played limits, features and formats. The
@@ -16,6 +16,7 @@ mod chain;
 mod device;
 mod formats;
 mod limits;
+mod merging;
 mod profile;
 mod queries;
 
@@ -59,6 +60,9 @@ fn own_of_device(name: &CStr) -> vk::PFN_vkVoidFunction {
         }
         b"vkGetImageMemoryRequirements2" | b"vkGetImageMemoryRequirements2KHR" => {
             untyped!(own::image_requirements2, vk::PFN_vkGetImageMemoryRequirements2)
+        }
+        b"vkCreateRenderPass2" | b"vkCreateRenderPass2KHR" => {
+            untyped!(merging::create_render_pass2, vk::PFN_vkCreateRenderPass2)
         }
         _ => None,
     }

@@ -21,16 +21,19 @@ pub enum Profile {
     BrokenPromise,
     /// The device below without a queue for graphics.
     NoGraphics,
+    /// The device below as a tiler's driver that tells which subpasses it merges: VK_EXT_subpass_merge_feedback.
+    MergeFeedback,
 }
 
 /// The profiles by their words in `AFTERLIGHT_PLAYS`.
-pub const PROFILES: [(&str, Profile); 6] = [
+pub const PROFILES: [(&str, Profile); 7] = [
     ("portability", Profile::Portability),
     ("least", Profile::Least),
     ("phone", Profile::Phone),
     ("small-shared-memory", Profile::SmallSharedMemory),
     ("broken-promise", Profile::BrokenPromise),
     ("no-graphics", Profile::NoGraphics),
+    ("merge-feedback", Profile::MergeFeedback),
 ];
 
 /// A multiple of which the strides of vertex bindings are where the portability subset is.
@@ -54,7 +57,7 @@ impl Profile {
             Self::Least => limits::least(),
             Self::Phone => limits::phone(),
             Self::SmallSharedMemory => limits::small_shared_memory(*real),
-            Self::BrokenPromise | Self::NoGraphics => *real,
+            Self::BrokenPromise | Self::NoGraphics | Self::MergeFeedback => *real,
         };
         limits::within(played, real)
     }
@@ -73,7 +76,7 @@ impl Profile {
     pub fn features(self, real: &vk::PhysicalDeviceFeatures) -> vk::PhysicalDeviceFeatures {
         let none = vk::PhysicalDeviceFeatures::default();
         match self {
-            Self::SmallSharedMemory | Self::BrokenPromise | Self::NoGraphics => *real,
+            Self::SmallSharedMemory | Self::BrokenPromise | Self::NoGraphics | Self::MergeFeedback => *real,
             // Metal has no geometry shaders, wide lines, logic operations or bounds of depth.
             Self::Portability => vk::PhysicalDeviceFeatures {
                 geometry_shader: vk::FALSE,
@@ -107,7 +110,11 @@ impl Profile {
     /// Returns true if it has this extension, which the device below has.
     pub fn keeps(self, extension: &CStr) -> bool {
         match self {
-            Self::Portability | Self::SmallSharedMemory | Self::BrokenPromise | Self::NoGraphics => true,
+            Self::Portability
+            | Self::SmallSharedMemory
+            | Self::BrokenPromise
+            | Self::NoGraphics
+            | Self::MergeFeedback => true,
             Self::Least => extension == ash::khr::swapchain::NAME,
             Self::Phone => [ash::khr::swapchain::NAME, ash::khr::driver_properties::NAME].contains(&extension),
         }
@@ -127,11 +134,29 @@ impl Profile {
         self == Self::Portability
     }
 
+    /// Returns true if its driver tells which subpasses it merges.
+    pub fn tells_merging(self) -> bool {
+        self == Self::MergeFeedback
+    }
+
+    /// The extension that the played device has whatever the one below has. The device below is opened without it.
+    pub fn own_extension(self) -> Option<&'static CStr> {
+        match self {
+            Self::Portability => Some(ash::khr::portability_subset::NAME),
+            Self::MergeFeedback => Some(ash::ext::subpass_merge_feedback::NAME),
+            _ => None,
+        }
+    }
+
     /// The features of optimally tiled images of this format, as far as the device below has them.
     pub fn format(self, format: vk::Format, real: vk::FormatFeatureFlags) -> vk::FormatFeatureFlags {
         match self {
             Self::Least | Self::Phone => real & formats::required(format),
-            Self::Portability | Self::SmallSharedMemory | Self::BrokenPromise | Self::NoGraphics => real,
+            Self::Portability
+            | Self::SmallSharedMemory
+            | Self::BrokenPromise
+            | Self::NoGraphics
+            | Self::MergeFeedback => real,
         }
     }
 

@@ -97,12 +97,13 @@ pub unsafe fn played_extensions(physical: vk::PhysicalDevice) -> Result<Vec<vk::
     // SAFETY: the caller's promise; the list is this function's own.
     let mut played = all(|count, place| unsafe { ask(physical, std::ptr::null(), count, place) })?;
     played.retain(|own| own.extension_name_as_c_str().is_ok_and(|name| profile.keeps(name)));
-    if profile.has_portability_subset() {
-        let mut subset = vk::ExtensionProperties { spec_version: 1, ..Default::default() };
-        for (to, from) in subset.extension_name.iter_mut().zip(ash::khr::portability_subset::NAME.to_bytes()) {
+    if let Some(name) = profile.own_extension() {
+        played.retain(|own| own.extension_name_as_c_str() != Ok(name));
+        let mut own = vk::ExtensionProperties { spec_version: 1, ..Default::default() };
+        for (to, from) in own.extension_name.iter_mut().zip(name.to_bytes()) {
             *to = from.cast_signed() as c_char;
         }
-        played.push(subset);
+        played.push(own);
     }
     Ok(played)
 }

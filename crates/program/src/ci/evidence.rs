@@ -96,8 +96,9 @@ impl EvidenceFolder {
     }
 
     pub fn of_device(&self, device: &Arc<Device>) {
-        let report = DeviceReport::of(0, &device.physical);
-        if let Ok(json) = output::json(&report) {
+        if let Ok(report) = DeviceReport::of(0, &device.physical)
+            && let Ok(json) = output::json(&report)
+        {
             self.write(DEVICE, json.as_bytes());
         }
     }

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use afterlight::frame::capabilities;
-use afterlight::gpu::{PhysicalDevice, vk};
+use afterlight::gpu::{self, PhysicalDevice, Roadmap, vk};
 use afterlight::plan::Capabilities;
 use serde::Serialize;
 
@@ -68,6 +68,7 @@ pub struct DeviceReport {
     driver: String,
     vulkan: String,
     limits: Vec<DeviceLimit>,
+    roadmaps: Vec<RoadmapReport>,
     formats: Vec<FormatSupport>,
     /// The figures that `auto` chooses by.
     calibration: CalibrationReport,
@@ -81,6 +82,64 @@ struct DeviceLimit {
     value: String,
 }
 
+/// A Roadmap milestone of Vulkan beside the device.
+#[derive(Debug, Serialize)]
+struct RoadmapReport {
+    year: u16,
+    met: bool,
+    /// The number of requirements.
+    requirements: usize,
+    /// The requirements that the device does not meet.
+    missing: Vec<String>,
+    /// The milestone's features and extensions that frames use on this device.
+    used: Vec<String>,
+}
+
+impl RoadmapReport {
+    fn of(Roadmap { year, requirements, missing, used }: Roadmap) -> Self {
+        Self { year, met: missing.is_empty(), requirements, missing, used }
+    }
+
+    /// The verdict with the first names that are missing.
+    fn verdict(&self) -> String {
+        let all = self.requirements;
+        match &self.missing[..] {
+            [] => format!("met, all of its {all} requirements"),
+            missing => {
+                let named = &missing[..missing.len().min(NAMED)];
+                let rest = missing.len() - named.len();
+                let more = if rest > 0 { format!(" and {rest} more") } else { String::new() };
+                format!("no: {}{more} ({} of {all} missing)", named.join(", "), missing.len())
+            }
+        }
+    }
+
+    /// Adds two entries to a table: the verdict, and the names that frames use, broken into lines.
+    fn rows(&self, table: &mut TextTable) {
+        table.row([format!("Roadmap {}", self.year), self.verdict()]);
+        let mut lines: Vec<String> = Vec::new();
+        for (index, name) in self.used.iter().enumerate() {
+            let comma = if index + 1 < self.used.len() { "," } else { "" };
+            match lines.last_mut().filter(|line| line.len() + name.len() < USED_COLUMNS) {
+                Some(line) => line.extend([" ", name, comma]),
+                None => lines.push(format!("{name}{comma}")),
+            }
+        }
+        if lines.is_empty() {
+            lines.push("nothing".into());
+        }
+        for (index, line) in lines.iter().enumerate() {
+            table.row([if index == 0 { "  frames use of it" } else { "" }, line]);
+        }
+    }
+}
+
+/// The most missing names that a verdict lists: the rest is in `--json`.
+const NAMED: usize = 4;
+
+/// The width to which names of features are set in lines.
+const USED_COLUMNS: usize = 110;
+
 /// A format, its use, and the device's support for that use.
 #[derive(Debug, Serialize)]
 struct FormatSupport {
@@ -92,24 +151,27 @@ struct FormatSupport {
 }
 
 impl DeviceReport {
-    pub fn of(number: usize, device: &PhysicalDevice) -> Self {
+    /// # Errors
+    /// When Vulkan cannot be asked.
+    pub fn of(number: usize, device: &PhysicalDevice) -> gpu::Result<Self> {
         let format = |used: &FormatUse| FormatSupport {
             format: format!("{:?}", used.format),
             used_for: used.what_for,
             usable: has(device, used),
             without: used.without,
         };
-        Self {
+        Ok(Self {
             number,
             name: device.name.clone(),
             kind: format!("{:?}", device.kind),
             driver: format!("{} {}", device.driver_name, device.driver_info),
             vulkan: version(device.api_version),
             limits: limits(device).into_iter().map(|(name, value)| DeviceLimit { name, value }).collect(),
+            roadmaps: device.roadmaps()?.into_iter().map(RoadmapReport::of).collect(),
             formats: FORMATS.iter().map(format).collect(),
             calibration: CalibrationReport::of(device),
             unusable: unusable(device),
-        }
+        })
     }
 
     pub fn is(&self, number: usize) -> bool {
@@ -130,6 +192,7 @@ impl DeviceReport {
         for DeviceLimit { name, value } in &self.limits {
             table.row([name, value.as_str()]);
         }
+        self.roadmaps.iter().for_each(|own| own.rows(&mut table));
         text.push_str(&table.render());
         let mut table = TextTable::new();
         for own in &self.formats {

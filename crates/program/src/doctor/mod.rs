@@ -129,7 +129,8 @@ impl Findings {
         self.layers = layers.collect();
         let instance = Instance::new(&InstanceOptions { calibrated: true, ..InstanceOptions::default() })?;
         let devices = instance.physical_devices()?;
-        self.devices = devices.iter().enumerate().map(|(number, device)| DeviceReport::of(number, device)).collect();
+        let report = |(number, device)| DeviceReport::of(number, device);
+        self.devices = devices.iter().enumerate().map(report).collect::<gpu::Result<_>>()?;
         usable(&devices)
     }
 
