@@ -17,8 +17,7 @@ use ash::vk;
 use super::list;
 use super::list::{RenderPassName, Step};
 use crate::gpu::sync::{Dependency, Layouts, SyncVersion, Use};
-pub use crate::passes::PassName;
-use crate::passes::Resource;
+pub use crate::passes::{PassName, Resource};
 use crate::plan::{FramePlan, Target};
 use crate::scene::{self, Passes};
 

@@ -104,6 +104,8 @@ pub struct Variation {
     pub settings: fn(&mut Settings),
     /// It is tried with one other variation at most, as views are.
     pub is_alone: bool,
+    /// The names of others that it is tried with, set by set, in frames that Vulkan carries in another way than by default.
+    pub carried_with: &'static [&'static [&'static str]],
 }
 
 impl Variation {
@@ -114,12 +116,17 @@ impl Variation {
 
     /// One that needs something of the scene.
     pub const fn with(name: &'static str, scene: fn(&mut Scene), settings: fn(&mut Settings)) -> Self {
-        Self { name, scene, settings, is_alone: false }
+        Self { name, scene, settings, is_alone: false, carried_with: &[] }
     }
 
     /// A view of the effect.
     pub const fn view(name: &'static str, scene: fn(&mut Scene), settings: fn(&mut Settings)) -> Self {
         Self { is_alone: true, ..Self::with(name, scene, settings) }
+    }
+
+    /// The same with [`Self::carried_with`].
+    pub const fn carried_with(self, sets: &'static [&'static [&'static str]]) -> Self {
+        Self { carried_with: sets, ..self }
     }
 }
 

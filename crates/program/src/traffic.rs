@@ -4,9 +4,9 @@ use std::fmt::Write as _;
 use std::sync::Arc;
 
 use afterlight::frame::render_pass::PassDescription;
+use afterlight::frame::rows::Resource;
 use afterlight::frame::rows::Rows;
 use afterlight::gpu::{self, Device, format_bytes, vk};
-use afterlight::passes::Resource;
 use afterlight::plan::FramePlan;
 use serde::Serialize;
 

@@ -56,7 +56,7 @@ pub(crate) const EFFECT: Effect = Effect {
         Ok(())
     },
     variations: &[
-        Variation::of("bloom", |settings| settings.bloom = 0.1),
+        Variation::of("bloom", |settings| settings.bloom = 0.1).carried_with(&[&["over time"]]),
         Variation::view("view of bloom", |_| {}, |settings| settings.view = View::Bloom),
     ],
     former_rows: &[("hdr-to-bloom", &["*-to-bloom"]), ("spread-to-tonemap", &["spread-to-readers"])],

@@ -50,7 +50,7 @@ pub(crate) const EFFECT: Effect = Effect {
         wrong.map_or(Ok(()), |wrong| EFFECT.refuse(wrong.strip_prefix("fog ").unwrap_or(&wrong).to_owned()))
     },
     variations: &[
-        Variation::of("fog", |settings| settings.fog = Fog::Height),
+        Variation::of("fog", |settings| settings.fog = Fog::Height).carried_with(&[&["sorted"], &["mirrored"]]),
         Variation::of("lit fog", |settings| (settings.fog, settings.fog_froxels) = (Fog::Froxels, [5, 4, 3])),
         Variation::view("view of fog", |_| {}, |settings| settings.view = View::Fog),
     ],

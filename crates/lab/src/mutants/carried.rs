@@ -149,13 +149,21 @@ static CARRIED_FRAMES: &[CarriedFrames] = &[
     CarriedFrames {
         is_of: |_| true,
         is_about: |mutant| {
-            let reads_again = mutant.row.before.access.is_empty() || mutant.row.label == "geometry-to-fog";
-            mutant.plan.layouts == Layouts::Unified && (reads_again || mutant.row.label == "hdr-to-reflect-resolve")
+            let reads_again = mutant.row.before.access.is_empty() || follows_another_reader(mutant);
+            mutant.plan.layouts == Layouts::Unified && reads_again
         },
         why: "without a change of layout the row orders a read after another read, or a write after reads: the layer does not hold a read against the write before it if it \
               happens after another read (`IsRAWHazard` of its source), to which alone the write need be visible",
     },
 ];
+
+/// Returns true if a row before it in the frame lets another pass read what the same one wrote.
+fn follows_another_reader(mutant: &Mutant) -> bool {
+    let (table, row) = (mutant.rows_of_plan(), &mutant.row);
+    let mut before = table.iter().take_while(|other| other.name != row.name);
+    let shares = |other: &Row| other.resources.iter().any(|resource| row.resources.contains(resource));
+    before.any(|other| (other.from == row.from || row.from == PassName::OUTSIDE) && shares(other))
+}
 
 /// Returns true if the pass that waits tests depth, and reads no attachment otherwise.
 fn is_tested_alone(row: &Row) -> bool {

@@ -138,15 +138,12 @@ const CARRIERS: &[Variation] = &[
     Variation::of("unified layouts", |settings| settings.layouts = ImageLayouts::Unified),
 ];
 
-/// The variations that [`CARRIERS`] are tried with, by their names: each gives rows of another kind.
+/// The variations that [`CARRIERS`] are tried with, by their names: each gives rows of another kind. Effects have sets of their own besides.
 const CARRIED: &[&[&str]] = &[
     &[],
     &["textured"],
     &["sunlit", "glowing", "weighted", "toned"],
-    &["fog", "sorted"],
     &["occluded", "glowing"],
-    &["mirrored", "fog"],
-    &["bloom", "over time"],
     &["forward", "weighted"],
     &["compute"],
     &["in floats", "glowing"],
@@ -158,6 +155,10 @@ fn carried() -> Vec<MutantCase> {
     let all: Vec<&Variation> = FRAME.iter().chain(PASSES).chain(plan::variations()).collect();
     let named = |name: &&str| all.iter().copied().find(|own| own.name == *name);
     let sets = CARRIED.iter().map(|names| names.iter().filter_map(named).collect::<Vec<_>>());
+    let of_one = |own: &'static Variation| {
+        own.carried_with.iter().map(move |others| std::iter::once(own).chain(others.iter().filter_map(named)).collect())
+    };
+    let sets = sets.chain(plan::variations().flat_map(of_one));
     let with = |set: Vec<&'static Variation>| {
         CARRIERS.iter().map(move |carrier| varied(&[&set[..], &[carrier]].concat())).collect::<Vec<_>>()
     };
