@@ -20,6 +20,7 @@ mod read_back;
 #[cfg(feature = "present")]
 mod rebuild;
 pub mod rows;
+mod simulation;
 // Drawings of a frame name its render passes.
 #[doc(hidden)]
 pub mod render_pass;
@@ -45,12 +46,14 @@ pub use present::{FitOutcome, Outcome, Presenter};
 #[cfg(feature = "present")]
 pub use rebuild::Wake;
 pub use render_pass::{LayoutChange, layout_changes};
+pub use simulation::{HazardPicture, NoPicture, Simulation};
 pub use timeline::FRAMES_A_SECOND;
 pub use triangles::triangles;
 pub(crate) use walk::BuildContext;
 
 use builder::RendererBuilder;
 use rows::Rows;
+use simulation::earlier_camera;
 use timeline::Timeline;
 use walk::Frame;
 
@@ -281,8 +284,7 @@ impl Renderer {
     ) -> Result<Recorded, Error> {
         self.plan.check_camera(camera)?;
         self.free_place()?;
-        let frame = &mut self.frames[self.next];
-        frame.begun = Instant::now();
+        self.frames[self.next].begun = Instant::now();
         self.world.refresh(&self.plan);
         if self.plan.averages_over_time() {
             // While something moves the directions stay: the mean over time would not follow light that is another in each frame.
@@ -292,7 +294,7 @@ impl Renderer {
         let eye = Eye::of(camera, &self.world.drawn_bounds(&self.plan));
         let camera = &eye.camera;
         let visible = Visible::of(&self.world, camera, &self.plan);
-        if !self.world.shadows.cache {
+        if !self.world.shadows.cache || self.frame.simulation.is_some() {
             self.shadow_cache = ShadowCache::default();
         }
         let stale_maps = match &self.plan.shadow {
@@ -302,68 +304,63 @@ impl Renderer {
         let is_averaged = self.plan.averages_over_time();
         let reprojection = is_averaged.then(|| self.timeline.reprojection(&self.world, &visible, &eye, self.plan.size));
         let jitter = reprojection.as_ref().map_or(jitter, |own| own.jitter);
-        let uniform = FrameUniform::of(&self.world, &visible, &eye, &self.plan, jitter);
-        frame.view.rename(&self.device, builder::named_buffers(&self.frame));
-        // The submission makes them visible to the device: the row "host-to-frame".
-        frame.view.write(&uniform, (&self.world, &self.plan), &visible, camera)?;
+        let earlier = self.write_earlier(&eye, jitter, &visible)?;
+        // The submission makes the data visible to the device: the row "host-to-frame".
+        self.write_view(self.next, (&eye, jitter), &visible, &stale_maps)?;
         // ANCHOR_END: record-frame
-        self.frame.write(self.next, &visible)?;
-        if let Some(atlas) = &self.atlas {
-            atlas.write(self.next, &visible, camera)?;
-        }
-        if let Some(sorted) = &frame.sorted {
-            sorted.write(&visible.sorted_indices)?;
-        }
-        if let (Some(culling), Some(view)) = (&mut self.culling, &visible.culling) {
-            culling.write(
-                &self.device,
-                self.next,
-                (&self.world, &self.scene),
-                (view, visible.levels.as_ref(), uniform.clip_from_world),
-            )?;
-        }
-        let of_scene = (&self.world, &self.plan, &*self.scene);
-        frame.instances.write(&self.device, of_scene, (&visible, camera), &stale_maps)?;
-        if let Some(seen) = &mut self.seen {
-            let of_frame = (&frame.instances, frame.view.uv_maps());
-            seen.write(&self.device, self.next, (&self.world, &self.plan, &self.scene), &visible, of_frame)?;
-        }
         let posed = !self.poses.is_empty() && self.posed != self.world.pose.revision;
         if posed {
             self.poses[self.next].write(&self.world.pose.joints, &self.world.pose.weights)?;
         }
+        let frame = &mut self.frames[self.next];
         frame.cmd.begin()?;
         let cmd = frame.cmd.raw;
-        if let Some(times) = &mut frame.times {
+        let mut times = frame.times.take();
+        if let Some(times) = &mut times {
             times.reset(cmd);
             times.write(cmd, vk::PipelineStageFlags2::TOP_OF_PIPE, "begin");
         }
-        self.frame.record(
-            &FrameContext {
-                textures: &self.plan.textures,
-                device: &self.device,
-                cmd,
-                size: self.plan.size,
-                place: self.next,
-                posed,
-                image: swapchain_image.map_or(0, |(index, _)| index),
-                swapchain_image: swapchain_image.map(|(_, image)| image),
-                scene: &self.scene,
-                world: &self.world,
-                visible: &visible,
-                frame_set: frame.view.set,
-                shadow_set: self.atlas.as_ref().map(|atlas| atlas.set(self.next)),
-                instances: &frame.instances,
-                culling: self.culling.as_ref(),
-                seen_set: self.seen.as_ref().map(|seen| seen.set(self.next)),
-                reprojection: reprojection.as_ref(),
-                stale_maps: &stale_maps,
-                map: None,
-                between: &|| (),
-                sorted: frame.sorted.as_ref().map(SortedIndices::raw),
-            },
-            &mut frame.times,
-        );
+        let context = FrameContext {
+            textures: &self.plan.textures,
+            device: &self.device,
+            cmd,
+            size: self.plan.size,
+            place: self.next,
+            posed,
+            image: swapchain_image.map_or(0, |(index, _)| index),
+            swapchain_image: swapchain_image.map(|(_, image)| image),
+            scene: &self.scene,
+            world: &self.world,
+            visible: &visible,
+            frame_set: self.frames[self.next].view.set,
+            shadow_set: self.atlas.as_ref().map(|atlas| atlas.set(self.next)),
+            instances: &self.frames[self.next].instances,
+            culling: self.culling.as_ref(),
+            seen_set: self.seen.as_ref().map(|seen| seen.set(self.next)),
+            reprojection: reprojection.as_ref(),
+            stale_maps: &stale_maps,
+            map: None,
+            between: &|| (),
+            sorted: self.frames[self.next].sorted.as_ref().map(SortedIndices::raw),
+            tile: None,
+            earlier: None,
+        };
+        let earlier = earlier.as_ref().map(|visible| {
+            let place = self.other_place();
+            FrameContext {
+                place,
+                visible,
+                frame_set: self.frames[place].view.set,
+                shadow_set: self.atlas.as_ref().map(|atlas| atlas.set(place)),
+                instances: &self.frames[place].instances,
+                seen_set: self.seen.as_ref().map(|seen| seen.set(place)),
+                sorted: self.frames[place].sorted.as_ref().map(SortedIndices::raw),
+                ..context
+            }
+        });
+        self.frame.record(&FrameContext { earlier: earlier.as_ref(), ..context }, &mut times);
+        let frame = &mut self.frames[self.next];
+        frame.times = times;
         frame.drawn = DrawCounts {
             objects: visible.opaque_count(),
             found: None,
@@ -382,6 +379,83 @@ impl Renderer {
             shadow_maps_drawn: stale_maps.len(),
         };
         Ok(Recorded { camera: *camera, visible, stale_maps, pose: self.world.pose.revision, reprojection })
+    }
+
+    /// Writes what shaders read of a view into the buffers of a frame in flight. Nothing on the device may use them any more.
+    fn write_view(
+        &mut self,
+        place: usize,
+        (eye, jitter): (&Eye, [f64; 2]),
+        visible: &Visible,
+        stale_maps: &[MapDraw],
+    ) -> Result<(), Error> {
+        let (frame, camera) = (&mut self.frames[place], &eye.camera);
+        let uniform = FrameUniform::of(&self.world, visible, eye, &self.plan, jitter);
+        frame.view.rename(&self.device, builder::named_buffers(&self.frame));
+        frame.view.write(&uniform, (&self.world, &self.plan), visible, camera)?;
+        self.frame.write(place, visible)?;
+        if let Some(atlas) = &self.atlas {
+            atlas.write(place, visible, camera)?;
+        }
+        if let Some(sorted) = &frame.sorted {
+            sorted.write(&visible.sorted_indices)?;
+        }
+        if let (Some(culling), Some(view)) = (&mut self.culling, &visible.culling) {
+            culling.write(
+                &self.device,
+                place,
+                (&self.world, &self.scene),
+                (view, visible.levels.as_ref(), uniform.clip_from_world),
+            )?;
+        }
+        let of_scene = (&self.world, &self.plan, &*self.scene);
+        frame.instances.write(&self.device, of_scene, (visible, camera), stale_maps)?;
+        if let Some(seen) = &mut self.seen {
+            let of_frame = (&frame.instances, frame.view.uv_maps());
+            seen.write(&self.device, place, (&self.world, &self.plan, &self.scene), visible, of_frame)?;
+        }
+        Ok(())
+    }
+
+    /// Where stale content is simulated: writes the view of an earlier camera into the buffers of the other frame in flight, which is done then.
+    /// Returns what that camera sees, with the shadow maps of this frame.
+    fn write_earlier(&mut self, eye: &Eye, jitter: [f64; 2], visible: &Visible) -> Result<Option<Visible>, Error> {
+        if !self.frame.simulation.as_ref().is_some_and(Simulation::is_stale) {
+            return Ok(None);
+        }
+        self.wait_for_all()?;
+        let eye = Eye { camera: earlier_camera(&eye.camera), ..*eye };
+        let mut seen = Visible::of(&self.world, &eye.camera, &self.plan);
+        seen.shadows.clone_from(&visible.shadows);
+        self.write_view(self.other_place(), (&eye, jitter), &seen, &[])?;
+        Ok(Some(seen))
+    }
+
+    /// Where the frame before the next one was recorded.
+    fn other_place(&self) -> usize {
+        (self.next + IN_FLIGHT - 1) % IN_FLIGHT
+    }
+
+    /// Waits for all frames in flight: the row "frame-to-host".
+    fn wait_for_all(&self) -> Result<(), Error> {
+        let mut tickets = self.frames.iter().filter_map(|frame| frame.ticket);
+        Ok(tickets.try_for_each(|ticket| self.device.wait(ticket))?)
+    }
+
+    /// Has frames show a hazard from the next one on, or none any more. Then they are again the same to the last bit. Waits for the frames under way.
+    ///
+    /// # Errors
+    /// When the device is lost.
+    pub fn simulate(&mut self, simulation: Option<Simulation>) -> Result<(), Error> {
+        if self.frame.simulation != simulation {
+            // A simulated frame reads the data of both frames in flight.
+            self.wait_for_all()?;
+            // Its shadow maps may lack casters.
+            self.shadow_cache = ShadowCache::default();
+            self.cut();
+            self.frame.simulation = simulation;
+        }
+        Ok(())
     }
 
     /// Submits what was recorded.
@@ -409,7 +483,7 @@ impl Renderer {
     /// # Errors
     /// When the device is lost.
     pub fn wait(&mut self) -> Result<FrameTimes, Error> {
-        let place = (self.next + IN_FLIGHT - 1) % IN_FLIGHT;
+        let place = self.other_place();
         let frame = &self.frames[place];
         let Some(ticket) = frame.ticket else { return Ok(FrameTimes::default()) };
         self.device.wait(ticket)?;
@@ -421,7 +495,7 @@ impl Renderer {
     /// The passes of the last frame in the order in which they were recorded, by the names that [`FrameTimes`] has; none on devices without
     /// timestamps.
     pub fn recorded_passes(&self) -> &[String] {
-        let times = &self.frames[(self.next + IN_FLIGHT - 1) % IN_FLIGHT].times;
+        let times = &self.frames[self.other_place()].times;
         // The first point is the frame's begin.
         times.as_ref().and_then(|times| times.labels().get(1..)).unwrap_or_default()
     }

@@ -13,9 +13,12 @@ use ash::vk;
 
 use super::builder::RendererBuilder;
 use super::rebuild::Rebuild;
-use super::rows::{self, Rows};
+use super::rows::{self, RowName, Rows};
 use super::split::Split;
-use super::{BuildContext, DrawCounts, Error, FrameTimes, IN_FLIGHT, Picture, Renderer, list, plan_for};
+use super::{
+    BuildContext, DrawCounts, Error, FrameTimes, HazardPicture, IN_FLIGHT, Picture, Renderer, Simulation, list,
+    plan_for,
+};
 use crate::gpu::{
     self, Device, Fit, Image, ImageFormats, ImageWish, Owned, Surface, Swapchain, SwapchainDesc, Vsync, semaphore,
 };
@@ -76,6 +79,8 @@ pub struct Presenter {
     pose: Pose,
     /// The number of lights after which frames are halted.
     halted: Option<usize>,
+    /// The row whose hazard frames show, where they have it.
+    simulated: Option<(RowName, HazardPicture)>,
     /// Returns the dependencies of a plan's frames.
     rows: Box<dyn Fn(&FramePlan) -> Rows>,
     /// Only while another view is shown beside the picture.
@@ -123,6 +128,7 @@ impl Presenter {
             encode: None,
             pose: Pose::default(),
             halted: None,
+            simulated: None,
             rows: Box::new(rows::table),
             split: None,
             refused: None,
@@ -138,6 +144,16 @@ impl Presenter {
     /// As of [`Renderer::with_rows`].
     pub unsafe fn with_rows(self, rows: impl Fn(&FramePlan) -> Rows + 'static) -> Self {
         Self { rows: Box::new(rows), ..self }
+    }
+
+    /// As [`Presenter::with_rows`], for the frames that the next [`Presenter::fit`] makes. With `of_scene` it uploads the scene anew, so that rows of
+    /// uploads count as well.
+    ///
+    /// # Safety
+    /// As there.
+    pub unsafe fn set_rows(&mut self, rows: impl Fn(&FramePlan) -> Rows + 'static, of_scene: bool) {
+        self.rows = Box::new(rows);
+        self.change(of_scene);
     }
 
     /// The same for a display that shows up to so many nits, where its surface takes more than white: there white has [`WHITE_NITS`], and brighter
@@ -291,6 +307,21 @@ impl Presenter {
         if let Some(renderer) = self.renderer.as_mut().filter(|_| self.changed.is_none()) {
             renderer.halt_after(lights);
         }
+    }
+
+    /// Has frames, from the next one on, show the hazard of a row that is missing, or none any more. Frames that have no such row or no such picture
+    /// ([`Simulation::of`]) are drawn as ever. Waits for the frames under way.
+    ///
+    /// # Errors
+    /// When the device is lost.
+    pub fn simulate(&mut self, hazard: Option<(RowName, HazardPicture)>) -> Result<(), Error> {
+        if self.simulated != hazard {
+            self.outdate();
+        }
+        self.simulated = hazard;
+        let Some(renderer) = &mut self.renderer else { return Ok(()) };
+        let simulation = hazard.and_then(|(row, how)| Simulation::of(&renderer.plan, row, how).ok());
+        renderer.simulate(simulation)
     }
 
     /// Gives up a surface that is lost, with its swapchain: a window may not have two.

@@ -9,12 +9,13 @@ use super::IN_FLIGHT;
 use super::list::{Commands, Condition, RenderPassName, Step, Subpass};
 use super::render_passes::{BeginPass, RenderPasses};
 use super::rows::widened::EVERYTHING;
-use super::rows::{RowName, Rows, SyncKind};
+use super::rows::{PassName, RowName, Rows, SyncKind};
+use super::simulation::Simulation;
 use crate::gpu::barrier::{self, ImageRange};
 use crate::gpu::{self, Buffer, Device, Image, RecordedPass, Timestamps};
 use crate::gpu_scene::{CullingBuffers, GpuScene, PoseBuffer, ShadowAtlas, VisibilityLookup};
 use crate::passes::object::buffers;
-use crate::passes::{FrameContext, Making, MapRecording, Pass, PassObject, PassRecorder, Resource, SetLayouts};
+use crate::passes::{FrameContext, Making, MapRecording, Pass, PassObject, PassRecorder, Resource, SetLayouts, Tile};
 use crate::plan::FramePlan;
 use crate::visible::{Visible, World};
 
@@ -74,6 +75,8 @@ pub(super) struct Frame {
     render_passes: RenderPasses,
     objects: Vec<PassObject>,
     rows: Rows,
+    /// The hazard that frames show, where one is simulated.
+    pub(super) simulation: Option<Simulation>,
 }
 
 impl Frame {
@@ -91,7 +94,7 @@ impl Frame {
                 objects.push(PassObject { pass, object });
             }
         }
-        Ok(Self { render_passes, objects, rows: parts.rows.clone() })
+        Ok(Self { render_passes, objects, rows: parts.rows.clone(), simulation: None })
     }
 
     /// Makes the objects of the picture's size anew: attachments, framebuffers, and the sets that name them.
@@ -223,11 +226,14 @@ impl Frame {
 
     /// The passes of a subpass. In one subpass rasterization order alone puts a pass after the one before it.
     fn subpass(&self, frame: &FrameContext, subpass: &Subpass, times: &mut Option<Timestamps>) {
+        let frame = self.seen_at(subpass.place, frame);
+        let tiles = self.simulation.as_ref().and_then(|own| own.tiles(subpass.place));
         let mut untimed = None;
         for (position, pass) in subpass.passes.iter().enumerate() {
             // Neighbours that share a time get one stamp, after the last of them.
             let shares = subpass.passes.get(position + 1).is_some_and(|next| next.time == pass.time);
-            self.pass(pass, frame, if shares { &mut untimed } else { &mut *times });
+            let times = if shares { &mut untimed } else { &mut *times };
+            self.pass(pass, (frame, tiles.as_deref()), times);
         }
     }
     // ANCHOR_END: render-pass
@@ -243,6 +249,7 @@ impl Frame {
         if own.when == Condition::Posed && !frame.posed {
             return;
         }
+        let frame = self.seen_at(own.pass.place, frame);
         frame.begin(own.pass);
         self.barriers(frame, &own.before);
         let between = || again.into_iter().for_each(|again| self.barriers(frame, &again.before));
@@ -254,12 +261,34 @@ impl Frame {
     }
     // ANCHOR_END: commands
 
-    fn pass(&self, pass: &'static Pass, frame: &FrameContext, times: &mut Option<Timestamps>) {
+    /// A pass in its subpass: once, or once for each tile where not all of the attachment is drawn.
+    fn pass(
+        &self,
+        pass: &'static Pass,
+        (frame, tiles): (&FrameContext, Option<&[Tile]>),
+        times: &mut Option<Timestamps>,
+    ) {
         frame.begin(pass);
-        if let Some(object) = self.object(pass) {
-            object.record(frame);
+        match (self.object(pass), tiles) {
+            (Some(object), Some(tiles)) => {
+                for &tile in tiles {
+                    let of_tile = FrameContext { tile: Some(tile), ..*frame };
+                    // Not every pass sets viewport and scissor: some draw where an earlier one of their render pass has set them.
+                    of_tile.set_area();
+                    object.record(&of_tile);
+                }
+                frame.set_area();
+            }
+            (Some(object), None) => object.record(frame),
+            (None, _) => {}
         }
         frame.end(times, pass);
+    }
+
+    /// The frame as the passes at a place see it: as the last frame saw it where their result is to be stale.
+    fn seen_at<'a>(&self, place: PassName, frame: &'a FrameContext<'a>) -> &'a FrameContext<'a> {
+        let is_earlier = self.simulation.as_ref().is_some_and(|own| own.is_earlier(place));
+        frame.earlier.filter(|_| is_earlier).unwrap_or(frame)
     }
 
     fn object(&self, pass: &Pass) -> Option<&dyn PassRecorder> {

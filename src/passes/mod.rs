@@ -311,6 +311,38 @@ impl<'a> MapRecording<'a> {
     }
 }
 
+/// A tile of an attachment: its place in a grid, and the number of tiles across and down.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Tile {
+    pub at: [u32; 2],
+    pub of: [u32; 2],
+}
+
+impl Tile {
+    /// Its part of an area. The tiles of a grid cover the area without a gap and without an overlap.
+    pub fn within(self, area: vk::Rect2D) -> vk::Rect2D {
+        let edge = |at: u32, of: u32, length: u32| (u64::from(at) * u64::from(length) / u64::from(of)) as u32;
+        let lengths = [area.extent.width, area.extent.height];
+        let [[x, right], [y, bottom]] =
+            [0, 1].map(|axis| [0, 1].map(|next| edge(self.at[axis] + next, self.of[axis], lengths[axis])));
+        vk::Rect2D {
+            offset: vk::Offset2D { x: area.offset.x + x as i32, y: area.offset.y + y as i32 },
+            extent: vk::Extent2D { width: right - x, height: bottom - y },
+        }
+    }
+}
+
+/// The part that two areas share.
+fn overlap(a: vk::Rect2D, b: vk::Rect2D) -> vk::Rect2D {
+    let axis = |a: (i32, u32), b: (i32, u32)| {
+        let (first, end) = (a.0.max(b.0), (a.0 + a.1 as i32).min(b.0 + b.1 as i32));
+        (first, (end - first).max(0) as u32)
+    };
+    let (x, width) = axis((a.offset.x, a.extent.width), (b.offset.x, b.extent.width));
+    let (y, height) = axis((a.offset.y, a.extent.height), (b.offset.y, b.extent.height));
+    vk::Rect2D { offset: vk::Offset2D { x, y }, extent: vk::Extent2D { width, height } }
+}
+
 /// The frame that is being recorded, which every `record` needs.
 #[derive(Clone, Copy)]
 pub struct FrameContext<'a> {
@@ -351,6 +383,10 @@ pub struct FrameContext<'a> {
     pub between: &'a dyn Fn(),
     /// The frame's own index buffer with [`Visible::sorted_indices`], where the plan sorts triangles.
     pub sorted: Option<(vk::Buffer, vk::IndexType)>,
+    /// The tile that is drawn alone, where a torn attachment is simulated.
+    pub tile: Option<Tile>,
+    /// The same frame as the camera of the last one saw it, where stale content is simulated.
+    pub earlier: Option<&'a FrameContext<'a>>,
 }
 
 impl FrameContext<'_> {
@@ -371,9 +407,9 @@ impl FrameContext<'_> {
         vk::Rect2D { offset: vk::Offset2D::default(), extent: vk::Extent2D { width, height } }
     }
 
-    /// The whole picture as viewport and scissor.
-    fn set_area(&self) {
-        self.set_rectangle(self.area());
+    /// The whole attachment as viewport and scissor: the picture, or the map that is drawn.
+    pub fn set_area(&self) {
+        self.set_rectangle(self.map.map_or_else(|| self.area(), |map| map.area()));
     }
 
     /// A part of an attachment as viewport and scissor.
@@ -386,11 +422,17 @@ impl FrameContext<'_> {
             min_depth: 0.0,
             max_depth: 1.0,
         };
+        let scissor = self.tile.map_or(area, |tile| tile.within(area));
         // SAFETY: `cmd` is being recorded; both states are dynamic in every pipeline.
         unsafe {
             self.device.raw.cmd_set_viewport(self.cmd, 0, &[viewport]);
-            self.device.raw.cmd_set_scissor(self.cmd, 0, &[area]);
+            self.device.raw.cmd_set_scissor(self.cmd, 0, &[scissor]);
         }
+    }
+
+    /// The part of the picture's rectangle that is drawn: all of it, but where a tile alone is.
+    fn drawn_part(&self, rectangle: vk::Rect2D) -> vk::Rect2D {
+        self.tile.map_or(rectangle, |tile| overlap(tile.within(self.area()), rectangle))
     }
 
     fn bind_pipeline(&self, pipeline: vk::Pipeline) {

@@ -94,7 +94,8 @@ impl PerLightPass {
     fn draw_rect(&self, recording: &FrameContext, rect: &LightRect) {
         let [x, y] = rect.offset.map(|edge| edge as i32);
         let [width, height] = rect.extent;
-        let scissor = vk::Rect2D { offset: vk::Offset2D { x, y }, extent: vk::Extent2D { width, height } };
+        let rectangle = vk::Rect2D { offset: vk::Offset2D { x, y }, extent: vk::Extent2D { width, height } };
+        let scissor = recording.drawn_part(rectangle);
         recording.push(self.layout.raw, vk::ShaderStageFlags::FRAGMENT, &rect.light);
         // SAFETY: the pipeline is bound and its scissor dynamic; the vertex stage makes its three vertices from their index.
         unsafe {

@@ -213,7 +213,7 @@ impl PassRecorder for ShadowPass {
     /// Draws one map, in its render pass.
     fn record(&self, recording: &FrameContext) {
         let Some(map) = &recording.map else { return };
-        recording.set_rectangle(map.area());
+        recording.set_area();
         // ANCHOR: slope-bias
         // Reversed depth: farther from the light is less.
         let slope_bias = -recording.world.shadows.slope_bias * self.bias_scale;

@@ -212,7 +212,7 @@ impl PassRecorder for TintPass {
     fn record(&self, recording: &FrameContext) {
         let Some(map) = recording.map.as_ref().filter(|map| !map.tinting.is_empty()) else { return };
         let &MapRecording { view, casters, tinting, first } = map;
-        recording.set_rectangle(map.area());
+        recording.set_area();
         let objects = || tinting.iter().map(|own| (&recording.world.objects[own.object], own.level));
         let key_of = |object: &WorldObject| {
             self.key(object, &recording.world.materials[object.material], self.clamp && view.clamps)

@@ -22,6 +22,7 @@ mod froxels;
 mod gbuffer;
 #[cfg(feature = "report")]
 mod golden;
+mod hazards;
 mod leaves;
 mod lens;
 #[cfg(feature = "report")]

@@ -108,6 +108,11 @@ impl MessageLog {
         std::mem::take(&mut state.kept)
     }
 
+    /// The messages after the first `count`, which stay in the list.
+    pub fn since(&self, count: usize) -> Vec<Message> {
+        self.lock().kept.get(count..).unwrap_or_default().to_vec()
+    }
+
     /// The number of messages that came after the list was full, since the last [`take`](MessageLog::take).
     pub fn dropped(&self) -> u64 {
         self.lock().dropped

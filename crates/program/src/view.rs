@@ -9,13 +9,14 @@ use std::process::{self, Child, Command, Stdio};
 
 use afterlight::frame::WHITE_NITS;
 use afterlight::frame::calibration::Calibration;
-use afterlight::frame::{Picture, Pixels};
+use afterlight::frame::{self, HazardPicture, Picture, Pixels, plan_for, rows};
 use afterlight::gpu::{Instance, PhysicalDevice, Vsync, vk};
 use afterlight::scene::file::{Model, Origin, to_toml};
 use afterlight::scene::{Camera, CameraPath, Scene, SettingsPatch, counted};
 use afterlight_window::{Error, ReadAgain, ShaderFolder, Summary, WindowOptions, WindowSystem, help};
 
 use super::args::{DeviceArgs, SettingsArgs, whole};
+use super::drop;
 use super::failure::{Exit, Failure};
 use super::image_output::{Destination, PictureFormat};
 use super::output::{self, Sink};
@@ -27,6 +28,9 @@ use super::workload::{LargestPicture, Workload};
 /// `afterlight render assets/icon.toml` drew it. The build script gives the same picture to the program's file on Windows.
 const ICON: &[u8] = include_bytes!("../icon.png");
 
+/// The book's chapter about dependencies, in the sources that the program was built from.
+const CHAPTER: &str = concat!(env!("AFTERLIGHT_ROOT"), "/book/src/synchronization.md");
+
 /// Open a window onto a scene
 #[derive(Debug, clap::Args)]
 #[command(after_help = format!("\
@@ -36,6 +40,7 @@ Examples:
   afterlight view scene.toml --size 1920x1080 --vsync adaptive
   afterlight view builtin:hall --frames 300 --vsync off
   afterlight view builtin:hall --hdr=600
+  afterlight view builtin:hall --without geometry-to-lighting --hazard stale
 
 {}", help()))]
 pub struct Args {
@@ -65,6 +70,12 @@ pub struct Args {
     /// Show messages over the picture as well, for some seconds, and a sign while something is computed: on or off
     #[arg(long, value_name = "on|off", value_parser = on_off, default_value = "on", action = clap::ArgAction::Set)]
     messages: bool,
+    /// Switch a dependency off, by its name (`inspect` lists them), on the panel of dependencies (B): may be given several times
+    #[arg(long, value_name = "DEPENDENCY")]
+    without: Vec<String>,
+    /// Draw the hazard of the first --without on purpose: stale, torn or cleared
+    #[arg(long, value_name = "stale|torn|cleared", value_parser = hazard, requires = "without")]
+    hazard: Option<HazardPicture>,
     /// Print nothing but errors
     #[arg(short, long)]
     quiet: bool,
@@ -91,6 +102,11 @@ fn vsync(text: &str) -> Result<Vsync, String> {
     }
 }
 
+fn hazard(text: &str) -> Result<HazardPicture, String> {
+    let found = HazardPicture::NAMES.iter().find(|(name, _)| *name == text);
+    found.map(|&(_, how)| how).ok_or_else(|| "expected stale, torn or cleared".into())
+}
+
 fn on_off(text: &str) -> Result<bool, String> {
     match text {
         "on" => Ok(true),
@@ -111,6 +127,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     session::with_device_for(&args.device, &system.extensions()?, |device| {
         let workload = Workload::open_moving(&args.scene, &args.settings, args.quiet)?;
         let settings = workload.settings(&once(), &device.physical)?;
+        if !args.without.is_empty() {
+            let plan = plan_for(&device, &workload.scene, &settings).map_err(frame::Error::from)?;
+            let table = rows::table(&plan);
+            args.without.iter().try_for_each(|name| drop::without(&plan, &table, name).map(|_| ()))?;
+        }
         let options = WindowOptions {
             icon: ICON,
             vsync: args.vsync,
@@ -130,6 +151,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             keep_path: &|path| keep_path(&args.screenshots, path),
             keep_scene: &|scene, camera, settings| keep_scene(args, scene, camera, settings),
             read_again: Some(read_again(args, LargestPicture::of(&device.physical))),
+            without: args.without.clone(),
+            hazard: args.hazard,
+            chapter: Some(Path::new(CHAPTER).to_owned()).filter(|chapter| chapter.exists()),
             shaders: args.shaders(),
         };
         let _calibrating = Calibrating::begin(args, &device.physical, &device.instance);

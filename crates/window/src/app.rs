@@ -218,7 +218,7 @@ impl<'a> App<'a> {
             // Frames that are measured are all drawn, and cost no copy.
             (false, Some(_)) => presenter,
         };
-        let interface = UserInterface::new(&self.device, &window, Arc::clone(&self.wake));
+        let interface = UserInterface::new(&self.device, &window, &self.options, Arc::clone(&self.wake));
         self.watch_files();
         for warning in self.live.scene.warnings.iter().take(reload::WARNINGS) {
             // They were printed when the scene was read.
@@ -352,6 +352,10 @@ impl<'a> App<'a> {
                 }
                 interface.drawn();
                 self.teller.shown();
+                for line in interface.hear() {
+                    self.teller.tell(&line);
+                    window.request_redraw();
+                }
                 if let Some(picture) = picture {
                     if copies.kept {
                         let told = (self.options.keep)(&picture);

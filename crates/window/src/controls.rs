@@ -82,6 +82,8 @@ pub struct Controls {
     pub shown: bool,
     /// The keys.
     pub keys: bool,
+    /// The frame's dependencies.
+    pub dependencies: bool,
     /// The picture is to be compared with the truth, or not any more.
     pub asks_truth: bool,
     /// The view right of a divider, where the window is split.
@@ -116,7 +118,7 @@ pub fn has_keys_alone(context: &Context) -> bool {
 
 impl Controls {
     pub fn is_any_shown(self) -> bool {
-        self.shown || self.keys || self.beside.is_some()
+        self.shown || self.keys || self.dependencies || self.beside.is_some()
     }
 
     /// Builds the panels that are open.
@@ -138,6 +140,9 @@ impl Controls {
                     panels(ui, facts, (values, player));
                     choose_beside(ui, &mut self.beside);
                     self.asks_truth |= ui.button("compare with the truth (T)").clicked();
+                    if ui.button("dependencies (B)").clicked() {
+                        self.dependencies = !self.dependencies;
+                    }
                 });
             });
             self.shown = shown;

@@ -16,6 +16,8 @@ pub(super) enum Action {
     Light,
     /// Open the panels, or close them.
     Panels,
+    /// Open the panel of dependencies, or close it.
+    Dependencies,
     /// Show the next view, or the one before.
     View {
         back: bool,
@@ -65,7 +67,7 @@ pub const HELP: &[(&str, &str)] = &[
     ("1 to 9", "go to the camera that was kept"),
     ("P or F12", "write a screenshot"),
     ("Shift+P", "write the light of the picture, in nits, as an EXR"),
-    ("G or F2", "panels: times, memory, plan, and settings to change"),
+    ("G or F2, B", "panels: times, plan, settings; dependencies to switch off"),
     ("V, Shift+V", "the next view of the frame's buffers, the one before"),
     (". and ,", "step through the frame's passes and lights, on and back"),
     ("Enter", "play clips, or pause"),
@@ -103,6 +105,7 @@ pub(super) fn action(key: KeyCode, control: bool, shift: bool) -> Option<Action>
         KeyCode::KeyR | KeyCode::Home => Some(Action::Reset),
         KeyCode::KeyO => Some(Action::Orbit),
         KeyCode::KeyG | KeyCode::F2 => Some(Action::Panels),
+        KeyCode::KeyB => Some(Action::Dependencies),
         KeyCode::KeyV => Some(Action::View { back: shift }),
         KeyCode::Period => Some(Action::Step { back: false }),
         KeyCode::Comma => Some(Action::Step { back: true }),
@@ -173,6 +176,7 @@ mod tests {
             KeyCode::KeyX,
             KeyCode::KeyF,
             KeyCode::KeyZ,
+            KeyCode::KeyB,
         ]) {
             assert!(action(key, false, false).is_some() && !hold(&mut HeldKeys::default(), key, true), "{key:?}");
         }

@@ -9,6 +9,7 @@ mod app;
 mod camera;
 mod clock;
 mod controls;
+mod dependencies;
 mod faults;
 mod icon;
 mod live_scene;
@@ -27,6 +28,7 @@ mod watch;
 mod x11;
 
 use std::ffi::CStr;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use winit::error::EventLoopError;
@@ -95,6 +97,12 @@ pub struct WindowOptions<'a> {
     pub keep_scene: &'a dyn Fn(&Scene, &Camera, &SettingsPatch) -> Result<String, String>,
     /// Called, from another thread, when a file of the scene has changed.
     pub read_again: Option<ReadAgain>,
+    /// Dependencies, by their names, that are switched off as it opens, on their panel.
+    pub without: Vec<String>,
+    /// The picture of the first one's hazard that is simulated.
+    pub hazard: Option<frame::HazardPicture>,
+    /// The book's chapter about dependencies, where this system has it as a file.
+    pub chapter: Option<PathBuf>,
     /// Shaders that are compiled anew when they change; ignored without the feature `hot-reload`.
     pub shaders: Option<ShaderFolder>,
 }

@@ -1,5 +1,6 @@
 //! The user's interface: panels over the picture, and the consequences of changes that are made there.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -9,6 +10,7 @@ use winit::window::Window;
 
 use super::clock::Clock;
 use super::controls::{Controls, Facts, PanelValues, Selected, has_keys_alone};
+use super::dependencies::Dependencies;
 use super::faults::ReloadErrors;
 use super::live_scene::LiveScene;
 use super::marks::{HeatMap, draw_box};
@@ -17,6 +19,7 @@ use super::oracle::{Answer, ErrorMap, Oracle, Question, RenderedFrame};
 use super::overlay::{Overlay, PanelResponse};
 use super::split::{Divider, views_after};
 use super::steps::Stepper;
+use crate::WindowOptions;
 use afterlight::frame::{self, Picture, Pixels, Presenter, plan_for};
 use afterlight::gpu::{self, Device, vk};
 use afterlight::passes::overlay::Panels;
@@ -57,6 +60,9 @@ pub struct UserInterface {
     /// The errors in changed files.
     pub faults: ReloadErrors,
     stepper: Stepper,
+    dependencies: Dependencies,
+    /// The book's chapter about them.
+    chapter: Option<PathBuf>,
     /// An object was asked for, and no answer has come.
     is_picking: bool,
     /// Lights or the exposure have changed from one frame to the next, as under a slider.
@@ -73,12 +79,18 @@ struct Before {
 
 impl UserInterface {
     /// `wake` is called, from any thread, when there is something new to show.
-    pub fn new(device: &Arc<Device>, window: &Window, wake: Arc<dyn Fn() + Send + Sync>) -> Self {
+    pub fn new(
+        device: &Arc<Device>,
+        window: &Window,
+        options: &WindowOptions,
+        wake: Arc<dyn Fn() + Send + Sync>,
+    ) -> Self {
+        let is_cpu = device.physical.kind == vk::PhysicalDeviceType::CPU;
         let overlay = Overlay::new(window, device.physical.limits.max_image_dimension2_d);
         Self {
             device: Arc::clone(device),
             overlay,
-            controls: Controls::default(),
+            controls: Controls { dependencies: !options.without.is_empty(), ..Controls::default() },
             divider: Divider::default(),
             refused: None,
             oracle: None,
@@ -91,6 +103,8 @@ impl UserInterface {
             before: Before::default(),
             faults: ReloadErrors::default(),
             stepper: Stepper::default(),
+            dependencies: Dependencies::new(is_cpu, &options.without, options.hazard),
+            chapter: options.chapter.clone(),
             is_picking: false,
             has_moved: false,
         }
@@ -146,6 +160,7 @@ impl UserInterface {
         let (scene, player) = (&subject.scene, &mut subject.player);
         let (divider, view, beside) = (self.divider, subject.settings.view, self.controls.beside);
         let (controls, faults) = (&mut self.controls, &mut self.faults);
+        let (dependencies, book) = (&mut self.dependencies, (&*self.device.instance, self.chapter.as_deref()));
         let (stepper, drawn) = (&mut self.stepper, presenter.drawn());
         let (panels, mut delay) = self.overlay.run(window, |context| {
             if let Some(error) = error {
@@ -161,11 +176,12 @@ impl UserInterface {
             faults.show(context);
             if !(controls.keys && has_keys_alone(context)) {
                 stepper.panel(context, scene, &drawn);
+                dependencies.show(context, &mut controls.dependencies, book);
             }
             notes.draw(context);
         });
         drop(facts);
-        if self.stepper.take_new() {
+        if self.stepper.take_new() || self.dependencies.has_change() {
             delay = Duration::ZERO;
         }
         if after != before {
@@ -176,6 +192,7 @@ impl UserInterface {
         let mut unfit = has_changed && self.change(presenter, subject, &before, after);
         self.has_moved = has_changed && !unfit;
         unfit |= self.stepper.obey(presenter, &subject.settings);
+        unfit |= self.obey_dependencies(presenter);
         if self.controls.beside != beside {
             self.show_beside(presenter, self.controls.beside);
             unfit = true;
@@ -187,10 +204,28 @@ impl UserInterface {
     pub fn fitted(&mut self, presenter: &mut Presenter, live: &LiveScene) -> Option<String> {
         self.fitted = Some((live.values(), live.scene.lights.clone()));
         self.before = Before::default();
+        if let Some(plan) = presenter.plan() {
+            self.dependencies.follow(plan);
+        }
         let why = format!("the window cannot be split so: {}", presenter.refusal()?);
         (self.controls.beside, self.divider) = (None, Divider::default());
         (self.refused, self.controls.shown) = (Some(why.clone()), true);
         Some(why)
+    }
+
+    /// Leaves rows out of the frames, or draws their hazards, as the panel was told. True if the presenter must be fitted again.
+    fn obey_dependencies(&mut self, presenter: &mut Presenter) -> bool {
+        if self.dependencies.has_change() {
+            // The picture will be another one.
+            self.end_comparison();
+        }
+        // A device that is lost ends the program with the next frame.
+        self.dependencies.obey(presenter).unwrap_or(true)
+    }
+
+    /// Lines about new messages of the validation layer, for the user. They come while frames are recorded and submitted.
+    pub fn hear(&mut self) -> Vec<String> {
+        self.dependencies.listen(&self.device.instance)
     }
 
     /// Takes the scene as it was read again. True if the camera that it names is another one than before.
@@ -277,6 +312,8 @@ impl UserInterface {
             || self.compared.is_some()
             || self.faults.is_any()
             || self.stepper.is_open()
+            || self.dependencies.is_simulated()
+            || self.dependencies.has_change()
     }
 
     /// Takes the answers that have come. A comparison ends when the picture is no longer the one that is compared.
@@ -334,7 +371,8 @@ impl UserInterface {
 
     /// Returns true if the shown picture cannot be compared, and tells so.
     pub fn refuses_comparison(&mut self, live: &LiveScene) -> bool {
-        let refuses = live.settings.view != View::Final || self.stepper.is_open();
+        let is_whole = !self.stepper.is_open() && !self.dependencies.is_simulated();
+        let refuses = live.settings.view != View::Final || !is_whole;
         if refuses {
             self.refused = Some("only the final picture of a whole frame can be compared with the truth".into());
             self.controls.shown = true;

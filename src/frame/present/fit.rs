@@ -155,6 +155,7 @@ impl Presenter {
                 *renderer = Some(new);
             }
         }
+        self.simulate(self.simulated)?;
         self.fit_image_beside()?;
         taken |= self.fit_split(scene, &settings, made);
         if self.pose.is_of(&scene.motion) {

@@ -31,6 +31,7 @@ pub mod key {
     pub const ESCAPE: u8 = 9;
     pub const DIGIT_1: u8 = 10;
     pub const W: u8 = 25;
+    pub const B: u8 = 56;
     pub const G: u8 = 42;
     pub const K: u8 = 45;
     pub const F: u8 = 41;

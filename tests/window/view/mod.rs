@@ -4,6 +4,7 @@
 mod changes;
 mod clips;
 mod deep;
+mod dependencies;
 mod examples;
 mod failures;
 mod harness;

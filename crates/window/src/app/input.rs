@@ -33,6 +33,9 @@ impl App<'_> {
                 self.open_panels(|controls| controls.keys = !controls.keys);
             }
             Some(Action::Panels) => self.open_panels(|controls| controls.shown = !controls.shown),
+            Some(Action::Dependencies) => {
+                self.open_panels(|controls| controls.dependencies = !controls.dependencies);
+            }
             Some(Action::View { back }) => {
                 if let Some(Opened { interface, presenter, .. }) = &mut self.opened {
                     self.unfit |= interface.turn_view(presenter, &mut self.live, back);
