@@ -42,6 +42,7 @@ mod visibility;
 
 pub use attachments::TooFew;
 pub use capabilities::Capabilities;
+pub use carriers::OtherQueues;
 pub(crate) use carriers::RENDERED_COLORS;
 pub use cost::Cost;
 pub use cost_model::{ABSENT, Basis, COMPARED, CostModel, CullingCost, Load, PathCost};
@@ -153,6 +154,8 @@ pub struct FramePlan {
     pub sync: SyncVersion,
     /// The layouts that images are used in.
     pub layouts: Layouts,
+    /// The queues beside the first that its frames use.
+    pub queues: OtherQueues,
     /// Depth of opaque surfaces is drawn first, so that each pixel is shaded once.
     pub depth_prepass: bool,
     /// Never `Auto`.

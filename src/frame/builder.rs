@@ -5,10 +5,10 @@ use std::time::Instant;
 
 use ash::vk;
 
-use super::list::StepList;
+use super::list::{QueuePart, StepList};
 use super::rows::Rows;
 use super::{BuildContext, DrawCounts, Error, Frame, IN_FLIGHT, InFlight, Renderer, Timeline};
-use crate::gpu::{self, CommandBuffer, Device, Timestamps};
+use crate::gpu::{self, CommandBuffer, Device, Queue, Timestamps};
 use crate::gpu_scene::{
     CullingBuffers, GpuScene, Instances, PoseBuffer, ShadowAtlas, SortedIndices, UploadSource, ViewBuffers,
     VisibilityLookup, view_set_layout,
@@ -110,13 +110,25 @@ impl RendererBuilder {
         // The begin of a frame, the end of each of its passes, and of those over the picture.
         let times = StepList::of(&plan).passes().count() as u32 + 2;
         let of_world = (&world, scene.sky.as_ref(), named_buffers(&frame));
+        let parts = frame.parts();
+        let before = &parts[..parts.len().saturating_sub(1)];
+        let runs_beside = before.iter().any(|part| part.queue != Queue::Graphics);
         let in_flight = |index| {
+            let part = |(place, own): (usize, &QueuePart)| {
+                CommandBuffer::on(&device, own.queue, &format!("frame {index}, part {place}"))
+            };
+            let beside = match runs_beside {
+                true => Timestamps::new(&device, Queue::Compute, &format!("times beside frame {index}"), times)?,
+                false => None,
+            };
             Ok(InFlight {
                 cmd: CommandBuffer::new(&device, &format!("frame {index}"))?,
+                before: before.iter().enumerate().map(part).collect::<gpu::Result<_>>()?,
+                beside,
                 view: ViewBuffers::new(&device, index, frame_layout.raw, &plan, of_world)?,
                 sorted: SortedIndices::new(&device, index, &plan)?,
                 instances: Instances::new(index, &plan),
-                times: Timestamps::new(&device, &format!("times of frame {index}"), times)?,
+                times: Timestamps::new(&device, Queue::Graphics, &format!("times of frame {index}"), times)?,
                 ticket: None,
                 begun: Instant::now(),
                 record_ms: 0.0,

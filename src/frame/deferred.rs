@@ -4,18 +4,19 @@
 //! order. What follows from the order is found elsewhere: which passes share a render pass, with loads, stores and layouts ([`super::list`]); whom each pass
 //! waits for ([`super::rows`]); and that every use waits for the one before it ([`super::proof`]).
 
-use super::list::OrderEntry::{self, Draw, DrawApart, Run, RunPosed, SplitIf};
+use super::list::OrderEntry::{self, Draw, DrawApart, LinesIf, Run, RunBeside, RunPosed, SplitIf};
 use crate::passes::{
     aberration, ambient, ao, ao_denoise, arrange, backdrop, bloom, composite, cull, depth, fill, fog, forward, fxaa,
     geometry, hiz, integrate, lighting, lobes, occluders, particles, per_light, pyramid, reflect, reflect_resolve,
     scatter, shadow, sharpen, simulate, skin, sky, sort, taa, tiled, tint, tone, tonemap, transparent, velocity, view,
 };
+use crate::plan::FramePlan;
 use crate::scene::OptionalPart;
 
 // ANCHOR: order
 /// The passes of a frame. `Run` records a compute pass. `Draw` is a subpass: its first argument gives it a name, and the passes of the list draw in it. One subpass
 /// after the other joins the same render pass, until a compute pass comes, a subpass that samples what was drawn, or `SplitIf`. `DrawApart` is a render pass by itself, with a
-/// subpass for each pass of its list.
+/// subpass for each pass of its list. `RunBeside` is `Run` on another queue, where the plan has one.
 #[rustfmt::skip]
 pub(super) const ORDER: &[OrderEntry] = &[
     // All that must be ready before surfaces are drawn.
@@ -25,17 +26,13 @@ pub(super) const ORDER: &[OrderEntry] = &[
     Run(&cull::PASS),                            // which objects are in view, and not hidden
     Run(&arrange::PASS),                         // where the commands of each group of them go: sums of their numbers
     Run(&fill::PASS),                            // those commands, for all that draws surfaces below
-    DrawApart(&[&shadow::PASS, &tint::PASS]),    // depth as lights see it, of maps in which something has moved; and what transparent surfaces let through
-    Run(&scatter::PASS),                         // the light that reaches each froxel of air
-    Run(&integrate::PASS),                       // the light scattered on the way to each froxel
-    Run(&simulate::PASS),                        // the particles of the moment, with the light on them
-    Run(&sort::PASS),                            // their order from back to front: the first step, after SIMULATE
-    Run(&sort::PASS),                            // and all others, each after another one
+    LinesIf(|plan| !plan.computes_beside(), SHADOWS_AND_AIR),
     // Surfaces, and the light on them.
     Draw(&geometry::PASS, &[&depth::PASS, &geometry::PASS]), // surfaces into the G-buffer, which tilers need not store
     SplitIf(|plan| plan.stores_gbuffer && plan.keep.has(OptionalPart::StoredGbuffer)), // on request: to see what a stored G-buffer costs
-    Run(&ao::PASS),                              // how much of the surroundings each pixel sees
-    Run(&ao_denoise::PASS),                      // the same without noise, into the G-buffer's occlusion
+    LinesIf(FramePlan::computes_beside, SHADOWS_AND_AIR), // while the next two passes run on another queue
+    RunBeside(&ao::PASS),                        // how much of the surroundings each pixel sees
+    RunBeside(&ao_denoise::PASS),                // the same without noise, into the G-buffer's occlusion
     Run(&tiled::PASS),                           // all light and the picture, on the light paths `compute` and `visibility`
     Draw(&lighting::PASS, &[&lighting::PASS, &per_light::PASS, &ambient::PASS, &lobes::PASS, &sky::PASS, &view::PASS]), // all light, or a view of one buffer
     Draw(&forward::PASS, &[&depth::PASS, &forward::PASS, &sky::PASS]), // surfaces lit as they are drawn, on the forward light paths
@@ -58,5 +55,16 @@ pub(super) const ORDER: &[OrderEntry] = &[
     Draw(&fxaa::PASS, &[&fxaa::PASS]),           // smoother edges
     Draw(&aberration::PASS, &[&aberration::PASS]), // red and blue apart, as a lens draws them
     Draw(&tone::PASS, &[&tone::PASS]),           // vignette and grain, which FXAA would smooth
+];
+
+/// Nothing of this needs the G-buffer, and only what comes after the G-buffer needs it.
+#[rustfmt::skip]
+const SHADOWS_AND_AIR: &[OrderEntry] = &[
+    DrawApart(&[&shadow::PASS, &tint::PASS]),    // depth as lights see it, of maps in which something has moved; and what transparent surfaces let through
+    Run(&scatter::PASS),                         // the light that reaches each froxel of air
+    Run(&integrate::PASS),                       // the light scattered on the way to each froxel
+    Run(&simulate::PASS),                        // the particles of the moment, with the light on them
+    Run(&sort::PASS),                            // their order from back to front: the first step, after SIMULATE
+    Run(&sort::PASS),                            // and all others, each after another one
 ];
 // ANCHOR_END: order

@@ -5,6 +5,7 @@
 
 mod check;
 pub(super) mod local_read;
+mod queues;
 
 use std::fmt;
 
@@ -12,6 +13,7 @@ use ash::vk;
 
 use super::deferred::ORDER;
 use super::rows::{self, BarrierPosition, RowName};
+use crate::gpu::Queue;
 use crate::gpu::sync::Use;
 use crate::passes::{
     ContentsIfFirst, Pass, PassName, Resource, ResourceUse, UseKind, copy, encode, overlay, present, shadow, shown,
@@ -19,6 +21,7 @@ use crate::passes::{
 };
 use crate::plan::{FramePlan, Part, PartGroup, PresentTarget, Target};
 use crate::scene::Passes;
+pub use queues::{HandOver, QueuePart};
 
 /// Resolves samples into the output after the subpass that is the last to write them: reads them, and as their last user drops them.
 pub const RESOLVE: Use = Use::new(
@@ -66,10 +69,14 @@ pub(super) enum OrderEntry {
     DrawApart(&'static [&'static Pass]),
     /// A pass outside of render passes.
     Run(&'static Pass),
+    /// The same, on a queue of its own where the plan has one.
+    RunBeside(&'static Pass),
     /// A pass outside of render passes, left out of frames in which deformed objects have the pose that they had in the frame before.
     RunPosed(&'static Pass),
     /// Ends a render pass where the plan asks for that.
     SplitIf(fn(&FramePlan) -> bool),
+    /// Lines that stand here in some plans, and elsewhere in the others.
+    LinesIf(fn(&FramePlan) -> bool, &'static [OrderEntry]),
 }
 
 /// A part of the frame.
@@ -80,6 +87,8 @@ pub enum Step {
     Commands(Commands),
     /// Presentation shows the picture.
     Presentation,
+    /// The frame goes on in another queue.
+    HandOver(HandOver),
 }
 
 /// Passes that draw in one subpass. Rasterization order is all that is between them.
@@ -109,6 +118,8 @@ pub struct Commands {
     pub pass: &'static Pass,
     /// Frames in which the step is recorded; the others skip the pass and its barriers.
     pub when: Condition,
+    /// The queue that it runs on.
+    pub queue: Queue,
     /// Barriers before the pass, each with the image or buffer that it is about.
     pub before: Vec<(RowName, Resource)>,
     /// Barriers after the pass, likewise.
@@ -144,7 +155,7 @@ enum Planned {
 /// The steps of a plan's frames up to the picture. A render pass goes on as long as subpasses follow each other: a pass outside of render passes ends it, and so
 /// does a subpass that samples what it draws.
 pub(super) fn steps(plan: &FramePlan) -> Vec<Step> {
-    let mut planned: Vec<Planned> = ORDER.iter().filter_map(|line| line.planned(plan)).collect();
+    let mut planned: Vec<Planned> = ORDER.iter().flat_map(|line| line.planned(plan)).collect();
     resolve_samples(plan, &mut planned);
     let mut steps: Vec<Step> = Vec::new();
     let mut is_open = false;
@@ -177,6 +188,7 @@ pub(super) fn steps(plan: &FramePlan) -> Vec<Step> {
     if plan.passes == Passes::LocalRead {
         local_read::keep_layouts(plan, &mut steps);
     }
+    queues::add_hand_overs(plan, &mut steps);
     add_barriers(plan, &mut steps);
     steps
 }
@@ -196,22 +208,30 @@ impl OrderEntry {
         match *self {
             Self::Draw(_, passes) => passes.to_vec(),
             Self::DrawApart(passes) => passes.to_vec(),
-            Self::Run(pass) | Self::RunPosed(pass) => vec![pass],
+            Self::Run(pass) | Self::RunBeside(pass) | Self::RunPosed(pass) => vec![pass],
             Self::SplitIf(_) => Vec::new(),
+            Self::LinesIf(_, lines) => lines.iter().flat_map(Self::passes).collect(),
         }
     }
 
-    fn planned(&self, plan: &FramePlan) -> Option<Planned> {
-        match *self {
+    fn planned(&self, plan: &FramePlan) -> Vec<Planned> {
+        let run = |when, pass| commands(plan, when, pass, &[], &[]);
+        let one = match *self {
             Self::Draw(place, passes) => subpass(plan, place.place, passes).map(Planned::Drawn),
             Self::DrawApart(passes) => {
                 let drawn: Vec<_> = passes.iter().filter_map(|&pass| subpass(plan, pass.place, &[pass])).collect();
                 (!drawn.is_empty()).then_some(Planned::DrawnApart(drawn))
             }
-            Self::Run(pass) => commands(plan, Condition::Always, pass, &[], &[]).map(Planned::Recorded),
-            Self::RunPosed(pass) => commands(plan, Condition::Posed, pass, &[], &[]).map(Planned::Recorded),
+            Self::Run(pass) => run(Condition::Always, pass).map(Planned::Recorded),
+            Self::RunBeside(pass) => run(Condition::Always, pass).map(|step| Planned::Recorded(step.beside(plan))),
+            Self::RunPosed(pass) => run(Condition::Posed, pass).map(Planned::Recorded),
             Self::SplitIf(parts) => parts(plan).then_some(Planned::Split),
-        }
+            Self::LinesIf(stands, lines) if stands(plan) => {
+                return lines.iter().flat_map(|line| line.planned(plan)).collect();
+            }
+            Self::LinesIf(..) => None,
+        };
+        one.into_iter().collect()
     }
 }
 
@@ -275,7 +295,8 @@ fn commands(
     after: &[(RowName, Resource)],
 ) -> Option<Step> {
     let is_in = (pass.presence)(plan).is_in();
-    is_in.then(|| Step::Commands(Commands { pass, when, before: before.to_vec(), after: after.to_vec() }))
+    let (before, after) = (before.to_vec(), after.to_vec());
+    is_in.then_some(Step::Commands(Commands { pass, when, queue: Queue::Graphics, before, after }))
 }
 
 /// Returns the steps after the picture: a copy for the CPU, or a window's overlay and presentation.
@@ -338,12 +359,20 @@ fn after_the_picture(plan: &FramePlan) -> Vec<Option<Step>> {
 }
 
 impl Step {
+    /// The same on the compute queue, where the plan has it.
+    fn beside(self, plan: &FramePlan) -> Self {
+        match self {
+            Self::Commands(own) if plan.computes_beside() => Self::Commands(Commands { queue: Queue::Compute, ..own }),
+            other => other,
+        }
+    }
+
     /// The passes of the step.
     pub fn passes(&self) -> Vec<&'static Pass> {
         match self {
             Self::RenderPass(_, subpasses) => subpasses.iter().flat_map(|own| own.passes.iter().copied()).collect(),
             Self::Commands(own) => vec![own.pass],
-            Self::Presentation => Vec::new(),
+            Self::Presentation | Self::HandOver(_) => Vec::new(),
         }
     }
 
@@ -355,6 +384,8 @@ impl Step {
             Self::Presentation => {
                 vec![ResourceUse::new(shown(plan), UseKind::Presented, Use::END).in_frames_of(plan)]
             }
+            // Its images keep their layouts, and nothing reads or writes them.
+            Self::HandOver(_) => Vec::new(),
         }
     }
 

@@ -62,7 +62,7 @@ use std::time::Instant;
 
 use ash::vk;
 
-use crate::gpu::{self, CommandBuffer, Device, Owned, SubmitOptions, Ticket, Timestamps};
+use crate::gpu::{self, CommandBuffer, Device, Owned, Part, Queue, SubmitOptions, Ticket, Timestamps};
 use crate::gpu_scene::{
     CullingBuffers, FrameUniform, GpuScene, Instances, PoseBuffer, ShadowAtlas, SortedIndices, ViewBuffers,
     VisibilityLookup,
@@ -96,6 +96,10 @@ impl From<scene::Error> for Error {
 /// The resources of one frame in flight.
 struct InFlight {
     cmd: CommandBuffer,
+    /// The parts of the frame before it, where several queues share its work.
+    before: Vec<CommandBuffer>,
+    /// Times of another queue.
+    beside: Option<Timestamps>,
     view: ViewBuffers,
     sorted: Option<SortedIndices>,
     instances: Instances,
@@ -115,7 +119,12 @@ impl InFlight {
             None => Vec::new(),
         };
         let on_cpu = device.physical.kind == vk::PhysicalDeviceType::CPU;
-        let passes = stamps.windows(2).map(|pair| (pair[1].0.clone(), pair[1].1 - pair[0].1));
+        let beside = match &self.beside {
+            Some(times) => times.read()?,
+            None => Vec::new(),
+        };
+        let between = |pair: &[(String, f64)]| (pair[1].0.clone(), pair[1].1 - pair[0].1);
+        let passes = stamps.windows(2).chain(beside.windows(2)).map(between);
         Ok(FrameTimes {
             record_ms: self.record_ms,
             submit_ms: self.submit_ms,
@@ -314,11 +323,20 @@ impl Renderer {
         }
         let frame = &mut self.frames[self.next];
         frame.cmd.begin()?;
+        frame.before.iter_mut().try_for_each(CommandBuffer::begin)?;
         let cmd = frame.cmd.raw;
-        let mut times = frame.times.take();
-        if let Some(times) = &mut times {
+        let before: Vec<_> = frame.before.iter().map(|part| part.raw).collect();
+        let first_of = |queue| frame.before.iter().find(|part| part.queue == queue).map_or(cmd, |part| part.raw);
+        let begin = |times: &mut Timestamps, cmd| {
             times.reset(cmd);
             times.write(cmd, vk::PipelineStageFlags2::TOP_OF_PIPE, "begin");
+        };
+        let (mut times, mut beside) = (frame.times.take(), frame.beside.take());
+        if let Some(times) = &mut times {
+            begin(times, first_of(Queue::Graphics));
+        }
+        if let Some(times) = &mut beside {
+            begin(times, first_of(Queue::Compute));
         }
         let context = FrameContext {
             textures: &self.plan.textures,
@@ -358,9 +376,10 @@ impl Renderer {
                 ..context
             }
         });
-        self.frame.record(&FrameContext { earlier: earlier.as_ref(), ..context }, &mut times);
+        let all_times = [&mut times, &mut beside];
+        self.frame.record(&FrameContext { earlier: earlier.as_ref(), ..context }, &before, all_times);
         let frame = &mut self.frames[self.next];
-        frame.times = times;
+        (frame.times, frame.beside) = (times, beside);
         frame.drawn = DrawCounts {
             objects: visible.opaque_count(),
             found: None,
@@ -462,10 +481,16 @@ impl Renderer {
     fn submit(&mut self, recorded: Recorded, around: &SubmitOptions) -> Result<(), Error> {
         let Recorded { camera, visible, stale_maps, pose, reprojection } = recorded;
         let frame = &mut self.frames[self.next];
+        frame.before.iter_mut().try_for_each(CommandBuffer::end)?;
         frame.cmd.end()?;
         frame.record_ms = milliseconds(frame.begun);
         let recorded = Instant::now();
-        frame.ticket = Some(self.device.submit_with(&frame.cmd, around)?);
+        let plans = self.frame.parts();
+        let part = |(cmd, plan)| Part { cmd, after: self.frame.after(plan) };
+        let parts: Vec<_> = frame.before.iter().zip(plans).map(part).collect();
+        let after = plans.last().and_then(|last| self.frame.after(last));
+        let around = SubmitOptions { parts: &parts, after, ..*around };
+        frame.ticket = Some(self.device.submit_with(&frame.cmd, &around)?);
         frame.submit_ms = milliseconds(recorded);
         self.posed = pose;
         self.shadow_cache.keep(&self.world, &camera, &visible, &stale_maps);

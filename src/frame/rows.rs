@@ -16,6 +16,7 @@ use ash::vk;
 
 use super::list;
 use super::list::{RenderPassName, Step};
+use crate::gpu::Queue;
 use crate::gpu::sync::{Dependency, Layouts, SyncVersion, Use};
 pub use crate::passes::{PassName, Resource};
 use crate::plan::{FramePlan, Target};
@@ -25,6 +26,7 @@ mod host;
 mod masks;
 mod prefilter;
 mod presentation;
+mod queues;
 mod renamed;
 pub(super) mod shadow;
 pub mod unreported_mutants;
@@ -38,7 +40,7 @@ pub use renamed::lack;
 use unreported_mutants::RowPart;
 pub(super) use waits::BarrierPosition;
 
-/// The Vulkan mechanism that carries a row. One queue does everything, so only frames and presentation are ordered by semaphores.
+/// The Vulkan mechanism that carries a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SyncKind {
     /// A subpass dependency of a render pass.
@@ -59,6 +61,10 @@ pub enum SyncKind {
     Fence,
     /// A semaphore between a submission and presentation.
     Semaphore,
+    /// A semaphore between two queues, which counts.
+    QueueSemaphore,
+    /// A pair of barriers that gives images or buffers to another queue's family: a release on the first queue, an acquire on the second.
+    Ownership([Queue; 2]),
 }
 
 impl SyncKind {
@@ -110,6 +116,8 @@ impl fmt::Display for SyncKind {
             Self::Submission => f.write_str("submission"),
             Self::Fence => f.write_str("fence"),
             Self::Semaphore => f.write_str("semaphore"),
+            Self::QueueSemaphore => f.write_str("semaphore between queues"),
+            Self::Ownership(_) => f.write_str("ownership transfer"),
         }
     }
 }
@@ -227,7 +235,9 @@ impl Row {
     pub fn parts(&self) -> Vec<RowPart> {
         let mut parts = vec![RowPart::Row];
         parts.extend(self.across_samples.then_some(RowPart::AcrossSamples));
-        for side in [Side::Before, Side::After] {
+        // Signals wait for all that their queue was given.
+        let is_signalled = self.carrier == SyncKind::QueueSemaphore;
+        for side in [Side::Before, Side::After].into_iter().filter(|side| !is_signalled || *side == Side::After) {
             parts.extend(masks::bits(self.side(side)).map(|bit| RowPart::Bits(side, bit)));
         }
         parts
@@ -373,9 +383,11 @@ pub fn formulas() -> Rows {
 pub fn table(plan: &FramePlan) -> Rows {
     let steps = list::steps(plan);
     let mut rows = uploads::rows(plan);
+    rows.extend(queues::of_uploads(plan));
     rows.extend(prefilter::rows(plan, &steps));
     rows.extend(shadow::rows(plan, &steps));
     rows.extend(waits(plan, &steps).into_iter().map(|(row, _)| row));
+    rows.extend(queues::rows(&steps));
     rows.extend(presentation::rows(plan, &steps));
     rows.extend(host::rows());
     let rows = rows.into_iter().map(|row| row.in_frames_of(plan)).collect();

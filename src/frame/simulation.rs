@@ -173,7 +173,7 @@ impl Stop {
                     let touches = own.pass.uses(plan);
                     all.push(Self { place: own.pass.place, touches, draws: false, draws_maps: false });
                 }
-                Step::Commands(_) | Step::Presentation => {}
+                Step::Commands(_) | Step::Presentation | Step::HandOver(_) => {}
             }
         }
         all

@@ -1,22 +1,23 @@
 //! The objects of a plan's passes, and the walk that makes and records them in the order of the list ([`super::deferred`]). One function begins and ends
 //! render passes, and one records barriers; the passes after the picture do both themselves.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use ash::vk;
 
 use super::IN_FLIGHT;
-use super::list::{Commands, Condition, RenderPassName, Step, Subpass};
+use super::list::{Commands, Condition, HandOver, QueuePart, RenderPassName, Step, Subpass};
 use super::render_passes::{BeginPass, RenderPasses};
 use super::rows::widened::EVERYTHING;
 use super::rows::{PassName, RowName, Rows, SyncKind};
 use super::simulation::Simulation;
 use crate::gpu::barrier::{self, ImageRange};
-use crate::gpu::{self, Buffer, Device, Image, RecordedPass, Timestamps};
+use crate::gpu::{self, Buffer, Device, Image, PartWait, Queue, RecordedPass, Timestamps};
 use crate::gpu_scene::{CullingBuffers, GpuScene, PoseBuffer, ShadowAtlas, VisibilityLookup};
 use crate::passes::object::buffers;
 use crate::passes::{FrameContext, Making, MapRecording, Pass, PassObject, PassRecorder, Resource, SetLayouts, Tile};
-use crate::plan::FramePlan;
+use crate::plan::{FramePlan, Target};
 use crate::visible::{Visible, World};
 
 /// The inputs from which frames are made.
@@ -75,6 +76,7 @@ pub(super) struct Frame {
     render_passes: RenderPasses,
     objects: Vec<PassObject>,
     rows: Rows,
+    parts: Vec<QueuePart>,
     /// The hazard that frames show, where one is simulated.
     pub(super) simulation: Option<Simulation>,
 }
@@ -94,7 +96,8 @@ impl Frame {
                 objects.push(PassObject { pass, object });
             }
         }
-        Ok(Self { render_passes, objects, rows: parts.rows.clone(), simulation: None })
+        let in_queues = render_passes.list.parts();
+        Ok(Self { render_passes, objects, rows: parts.rows.clone(), parts: in_queues, simulation: None })
     }
 
     /// Makes the objects of the picture's size anew: attachments, framebuffers, and the sets that name them.
@@ -130,11 +133,41 @@ impl Frame {
         self.render_passes.targets.find(plan.picture())
     }
 
-    /// Records one frame: each step of the list in its turn, and PRESENT, where the plan has it.
-    pub(super) fn record(&self, frame: &FrameContext, times: &mut Option<Timestamps>) {
+    /// The parts of each frame that go to one queue each. The last one goes to the first queue.
+    pub(super) fn parts(&self) -> &[QueuePart] {
+        &self.parts
+    }
+
+    /// The earlier part that a part waits for before these stages, if it does.
+    pub(super) fn after(&self, part: &QueuePart) -> Option<PartWait> {
+        let (earlier, row) = part.after?;
+        // An experiment may have no such row, and then nothing waits.
+        Some((earlier, self.rows.find(row)?.after.stage))
+    }
+
+    /// Records one frame: each part into its command buffer, and PRESENT, where the plan has it, into that of the last, which is the frame's own. Times of other queues go to
+    /// the second of `times`.
+    pub(super) fn record(
+        &self,
+        frame: &FrameContext,
+        before: &[vk::CommandBuffer],
+        [times, beside]: [&mut Option<Timestamps>; 2],
+    ) {
+        let cmds = before.iter().copied().chain([frame.cmd]);
+        for (part, cmd) in self.parts.iter().zip(cmds) {
+            let earlier = frame.earlier.map(|earlier| FrameContext { cmd, ..*earlier });
+            let frame = FrameContext { cmd, earlier: earlier.as_ref(), ..*frame };
+            let times = if part.queue == Queue::Graphics { &mut *times } else { &mut *beside };
+            self.part(&frame, part.steps.clone(), times);
+        }
+        self.render_passes.record_present(frame, times);
+    }
+
+    /// Each step of a part in its turn.
+    fn part(&self, frame: &FrameContext, part: Range<usize>, times: &mut Option<Timestamps>) {
         let mut last: Option<&'static Pass> = None;
         let steps = &self.render_passes.list.0;
-        for (index, step) in steps.iter().enumerate() {
+        for (index, step) in steps.iter().enumerate().take(part.end).skip(part.start) {
             if self.rows.has_full_barriers {
                 barrier::memory_barrier(frame.device, frame.cmd, EVERYTHING);
             }
@@ -157,10 +190,19 @@ impl Frame {
                     last = Some(own.pass);
                 }
                 // Steps after the picture are recorded where the picture is shown or copied.
+                Step::HandOver(own) => self.hand_over(frame, own),
                 Step::Commands(_) | Step::Presentation => {}
             }
         }
-        self.render_passes.record_present(frame, times);
+    }
+
+    /// A half of the transfer of what two queues use. Its semaphore is a part of the submission.
+    fn hand_over(&self, frame: &FrameContext, own: &HandOver) {
+        let Some(row) = self.rows.find(RowName::ownership(own.queues)) else { return };
+        let image =
+            |&(target, layout): &(Target, _)| (ImageRange::from(self.render_passes.targets.image(target)), layout);
+        let images: Vec<_> = own.targets.iter().map(image).collect();
+        barrier::hand_over(frame.device, frame.cmd, own.half, own.queues, (&images, &[]), row.order());
     }
 
     // ANCHOR: render-pass

@@ -88,7 +88,11 @@ impl ViewBuffers {
             let name = format!("{name} of frame {index}");
             Buffer::new(device, &name, size as u64, usage, Location::Upload, MemoryKind::Uniform)
         };
-        let uniform = buffer("camera", size_of::<FrameUniform>(), vk::BufferUsageFlags::UNIFORM_BUFFER)?;
+        // Passes on another queue read it as well. It is small, and the CPU writes it for each frame: nobody hands it over.
+        let make = if plan.computes_beside() { Buffer::shared } else { Buffer::new };
+        let (name, size) = (format!("camera of frame {index}"), size_of::<FrameUniform>() as u64);
+        let usage = vk::BufferUsageFlags::UNIFORM_BUFFER;
+        let uniform = make(device, &name, size, usage, Location::Upload, MemoryKind::Uniform)?;
         // Shaders declare a uniform buffer with room for more lights and never read beyond the last one, which is all that is asked of them
         // (VUID-vkCmdDraw-uniformBuffers-06935). A kind of light that is kept without any has one that nobody reads.
         let count = world.lights.len().max(1);

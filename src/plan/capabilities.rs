@@ -68,6 +68,10 @@ pub struct Capabilities {
     pub local_read_samples: bool,
     /// Images in GENERAL cost no time.
     pub unified_layouts: bool,
+    /// There is a queue that computes and does not draw, with semaphores that count.
+    pub compute_queue: bool,
+    /// There is a queue that only copies, likewise.
+    pub transfer_queue: bool,
     /// BC7 can be sampled, with linear filtering.
     pub bc7: bool,
     /// Every format of ETC2 can be.
@@ -109,6 +113,8 @@ impl Capabilities {
             local_read_depth: true,
             local_read_samples: true,
             unified_layouts: true,
+            compute_queue: true,
+            transfer_queue: true,
             bc7: true,
             etc2: true,
         }

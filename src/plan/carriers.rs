@@ -1,8 +1,8 @@
-//! The ways in which Vulkan carries a frame's passes: render passes or rendering, the API of barriers, the layouts of images. The picture is the same.
+//! The ways in which Vulkan carries a frame's passes: render passes or rendering, the API of barriers, the layouts of images, the queues. The picture is the same.
 
 use super::{Capabilities, FramePlan, PlanError, Refusal};
 use crate::gpu::sync::{Layouts, SyncVersion};
-use crate::scene::{ImageLayouts, Passes, Settings, SyncApi};
+use crate::scene::{self, ImageLayouts, Passes, Settings, SyncApi};
 
 /// Colour attachments of one `vkCmdBeginRendering`: as many as Vulkan 1.4 promises.
 pub(crate) const RENDERED_COLORS: u32 = 8;
@@ -30,6 +30,36 @@ pub(super) fn sync(settings: &Settings, device: &Capabilities) -> Result<SyncVer
             let why = "it needs VK_KHR_synchronization2 and VK_KHR_create_renderpass2, and this device does not have both: ask for --sync 1";
             Err(Refusal::of("--sync 2", why))
         }
+    }
+}
+
+/// The queues beside the first that a plan uses.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash)]
+pub struct OtherQueues {
+    /// One that computes and does not draw.
+    pub compute: bool,
+    /// One that only copies.
+    pub transfer: bool,
+}
+
+/// # Errors
+/// When the device has no queue beside the first.
+pub(super) fn queues(settings: &Settings, device: &Capabilities) -> Result<OtherQueues, PlanError> {
+    let own = OtherQueues { compute: device.compute_queue, transfer: device.transfer_queue };
+    match settings.queues {
+        scene::Queues::One => Ok(OtherQueues::default()),
+        scene::Queues::All if own != OtherQueues::default() => Ok(own),
+        scene::Queues::All => {
+            let why = "this device has no queue beside the first that computes or copies alone, with VK_KHR_timeline_semaphore: ask for --queues one";
+            Err(Refusal::of("--queues all", why))
+        }
+    }
+}
+
+impl FramePlan {
+    /// Returns true if ambient occlusion is computed on a queue of its own.
+    pub fn computes_beside(&self) -> bool {
+        self.queues.compute && self.has_ao()
     }
 }
 

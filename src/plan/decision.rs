@@ -228,6 +228,7 @@ impl FramePlan {
             lists_as_drawn: true,
             passes: settings.passes,
             sync: carriers::sync(settings, device)?,
+            queues: carriers::queues(settings, device)?,
             layouts: carriers::layouts(settings, device)?,
             light_path: lighting.path,
             geometry: pipelines.geometry,

@@ -8,7 +8,7 @@ use afterlight::gpu::sync::{Dependency, Use};
 use afterlight::gpu::upload::COPY_WRITE;
 use afterlight::gpu::{
     self, Buffer, CommandBuffer, Device, DeviceChoice, Image, ImageDesc, Instance, InstanceOptions, Location,
-    MemoryKind, Message, MessageKind, Timestamps, UploadOrder, Uploader, Validation, barrier, vk,
+    MemoryKind, Message, MessageKind, Queue, Timestamps, UploadOrder, Uploader, Validation, barrier, vk,
 };
 
 pub(super) const HOST_READ: Use = Use::new(vk::PipelineStageFlags2::HOST, vk::AccessFlags2::HOST_READ);
@@ -317,7 +317,7 @@ fn a_command_buffer_refuses_what_is_out_of_order_and_can_be_recorded_anew() -> T
 #[test]
 fn timestamps_run_forwards() -> TestResult {
     with_device(|device| {
-        let Some(mut timestamps) = Timestamps::new(device, "times", 2)? else { return Ok(()) };
+        let Some(mut timestamps) = Timestamps::new(device, Queue::Graphics, "times", 2)? else { return Ok(()) };
         let mut cmd = CommandBuffer::new(device, "timed")?;
         for _ in 0..2 {
             cmd.begin()?;

@@ -12,7 +12,7 @@ use afterlight::plan::samples::{self, gbuffers};
 use afterlight::plan::{FramePlan, OUTPUT_PLAIN, OUTPUT_SRGB, PresentTarget};
 use afterlight::scene::builtin::CATALOGUE;
 use afterlight::scene::{
-    AmbientOcclusion, Fog, HdrFormat, ImageLayouts, Keep, LightPath, OptionalPart, Output, Passes, Reflections,
+    AmbientOcclusion, Fog, HdrFormat, ImageLayouts, Keep, LightPath, OptionalPart, Output, Passes, Queues, Reflections,
     Resolve, Scene, Settings, SyncApi, Transparency, View,
 };
 
@@ -203,6 +203,7 @@ fn random(scenes: &[(&str, Scene)], random: &mut fastrand::Rng) -> Option<(Strin
         passes: one(Passes::NAMES, random),
         sync: one(SyncApi::NAMES, random),
         layouts: one(ImageLayouts::NAMES, random),
+        queues: one(Queues::NAMES, random),
         exposure: Some(0.0),
         ..Settings::default()
     };

@@ -6,6 +6,7 @@ use super::buffer::Buffer;
 use super::device::Device;
 use super::image::Image;
 use super::journal::Barriers;
+use super::queues::Queue;
 use super::sync::{Dependency, SyncVersion, Use};
 
 /// A part of an image.
@@ -107,6 +108,65 @@ pub fn buffer_barriers(device: &Device, cmd: vk::CommandBuffer, buffers: &[&Buff
     let buffers: Vec<_> = buffers.iter().map(barrier).collect();
     if !buffers.is_empty() {
         record(device, cmd, order, Barriers { buffers, ..Barriers::default() });
+    }
+}
+
+/// A half of an ownership transfer, each in its own queue.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Half {
+    /// On the queue that has used the contents: what was written there is available when its first scope is over.
+    Release,
+    /// On the queue that uses them next, after a semaphore that was signalled after the release.
+    Acquire,
+}
+
+impl Half {
+    /// The scopes of this half's barrier, of those of the whole transfer.
+    pub const fn scopes(self, order: Dependency) -> Dependency {
+        let Dependency { row, before, after } = order;
+        match self {
+            Self::Release => Dependency { row, before, after: Use::END },
+            Self::Acquire => Dependency { row, before: Use::new(after.stage, vk::AccessFlags2::empty()), after },
+        }
+    }
+}
+
+/// Images with the layout that they keep, and buffers.
+pub type Contents<'a> = (&'a [(ImageRange, vk::ImageLayout)], &'a [vk::Buffer]);
+
+/// Records a half of a transfer of contents from one queue's family to another's. `order` has the first scope of the release, and the second scope of the
+/// acquire, whose first scope has the same stages: a semaphore that those stages wait for comes before them. Records nothing if there are no contents.
+pub fn hand_over(
+    device: &Device,
+    cmd: vk::CommandBuffer,
+    half: Half,
+    queues: [Queue; 2],
+    (images, buffers): Contents<'_>,
+    order: Dependency,
+) {
+    let order = half.scopes(order);
+    // A device without one of the queues has no command buffer of it.
+    let [from, to] = queues.map(|own| device.physical.family_of(own).unwrap_or(vk::QUEUE_FAMILY_IGNORED));
+    let image = |&(target, layout): &(ImageRange, vk::ImageLayout)| {
+        vk::ImageMemoryBarrier2::default()
+            .old_layout(layout)
+            .new_layout(layout)
+            .src_queue_family_index(from)
+            .dst_queue_family_index(to)
+            .image(target.image)
+            .subresource_range(target.range)
+    };
+    let buffer = |&own: &vk::Buffer| {
+        vk::BufferMemoryBarrier2::default()
+            .src_queue_family_index(from)
+            .dst_queue_family_index(to)
+            .buffer(own)
+            .size(vk::WHOLE_SIZE)
+    };
+    let (images, buffers): (Vec<_>, Vec<_>) =
+        (images.iter().map(image).collect(), buffers.iter().map(buffer).collect());
+    if !images.is_empty() || !buffers.is_empty() {
+        record(device, cmd, order, Barriers { images, buffers, handed: Some((half, queues)), ..Barriers::default() });
     }
 }
 

@@ -39,9 +39,39 @@ impl Buffer {
         location: Location,
         kind: MemoryKind,
     ) -> Result<Buffer> {
+        Self::of(device, name, (size, usage), (location, kind), false)
+    }
+
+    /// The same, read by all queues of the device: none of them owns it.
+    ///
+    /// # Errors
+    /// As [`Buffer::new`].
+    pub fn shared(
+        device: &Arc<Device>,
+        name: &str,
+        size: u64,
+        usage: vk::BufferUsageFlags,
+        location: Location,
+        kind: MemoryKind,
+    ) -> Result<Buffer> {
+        Self::of(device, name, (size, usage), (location, kind), true)
+    }
+
+    fn of(
+        device: &Arc<Device>,
+        name: &str,
+        (size, usage): (u64, vk::BufferUsageFlags),
+        (location, kind): (Location, MemoryKind),
+        is_shared: bool,
+    ) -> Result<Buffer> {
         check_size(device, name, size, usage)?;
         let doing = || format!("creating the buffer '{name}' of {size} bytes");
+        let families = if is_shared { device.all_families() } else { Vec::new() };
         let info = vk::BufferCreateInfo::default().size(size).usage(usage).sharing_mode(vk::SharingMode::EXCLUSIVE);
+        let info = match families.len() {
+            0 | 1 => info,
+            _ => info.sharing_mode(vk::SharingMode::CONCURRENT).queue_family_indices(&families),
+        };
         // SAFETY: the device is alive; destroyed by its owner, below, whatever follows.
         let raw = unsafe { device.raw.create_buffer(&info, None) }.doing("vkCreateBuffer", doing)?;
         // SAFETY: the buffer is new.

@@ -7,6 +7,7 @@ use ash::vk;
 use super::device::Device;
 use super::error::{Doing, Error, Result};
 use super::owned::Owned;
+use super::queues::Queue;
 use super::submission::Ticket;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,13 +25,15 @@ struct RecordingState {
     last: Option<Ticket>,
 }
 
-/// A primary command buffer with a pool of its own, for the device's queue.
+/// A primary command buffer with a pool of its own, for one of the device's queues.
 ///
 /// Objects whose commands are recorded into it must be alive when it is submitted; from then on dropping them is safe.
 pub struct CommandBuffer {
     /// The handle, to record with between [`begin`](CommandBuffer::begin) and [`end`](CommandBuffer::end).
     pub raw: vk::CommandBuffer,
     pool: Owned<vk::CommandPool>,
+    /// The queue that it can be submitted to.
+    pub queue: Queue,
     state: Mutex<RecordingState>,
 }
 
@@ -40,11 +43,20 @@ impl CommandBuffer {
     /// # Errors
     /// Running out of memory.
     pub fn new(device: &Arc<Device>, name: &str) -> Result<CommandBuffer> {
+        Self::on(device, Queue::Graphics, name)
+    }
+
+    /// The same for another queue.
+    ///
+    /// # Errors
+    /// [`Error::Unsupported`] on a device without that queue; running out of memory.
+    pub fn on(device: &Arc<Device>, queue: Queue, name: &str) -> Result<CommandBuffer> {
         let doing = || format!("creating the command buffer '{name}'");
+        let family = device.family_of(queue)?;
         // It is reset as a whole, through its pool, each time that it is recorded.
         let info = vk::CommandPoolCreateInfo::default()
             .flags(vk::CommandPoolCreateFlags::TRANSIENT)
-            .queue_family_index(device.queue_family);
+            .queue_family_index(family);
         // SAFETY: the device is alive and has this queue family.
         let pool = unsafe { device.raw.create_command_pool(&info, None) }.doing("vkCreateCommandPool", doing)?;
         let pool = Owned::new_from(device, name, pool);
@@ -58,7 +70,7 @@ impl CommandBuffer {
             return Err(Error::vulkan("vkAllocateCommandBuffers", doing(), vk::Result::ERROR_UNKNOWN));
         };
         device.name_object(raw, name);
-        Ok(CommandBuffer { raw, pool, state: Mutex::new(RecordingState { phase: Phase::Empty, last: None }) })
+        Ok(CommandBuffer { raw, pool, queue, state: Mutex::new(RecordingState { phase: Phase::Empty, last: None }) })
     }
 
     /// Starts recording, from nothing. If it was submitted, waits for that to be done first.

@@ -1,4 +1,4 @@
-//! The logical device: one queue for graphics, compute and transfer, and the state that every object on it shares.
+//! The logical device: a queue for graphics, compute and transfer, others that the device has beside it, and the state that every object on it shares.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::{CStr, CString, c_char};
@@ -22,8 +22,9 @@ use super::newer::{UNIFIED_LAYOUTS, UnifiedLayoutsFeatures};
 use super::owned::{Registry, RetireQueue};
 use super::physical::{DeviceChoice, PhysicalDevice, choose};
 use super::pipeline_cache::PipelineCache;
+use super::queues::Queue;
 use super::reuse::Reuse;
-use super::submission::Submissions;
+use super::submission::{CountingQueue, Submissions};
 use super::sync::SyncVersion;
 
 /// The optional features that are enabled: those of the device among the ones that this program has a use for.
@@ -68,6 +69,8 @@ pub struct EnabledFeatures {
     pub local_read: bool,
     /// Images may stay in GENERAL without a loss (VK_KHR_unified_image_layouts).
     pub unified_layouts: bool,
+    /// Other queues than the first can be had, with the semaphores that count their submissions (VK_KHR_timeline_semaphore).
+    pub other_queues: bool,
     /// The driver tells which subpasses it merges (VK_EXT_subpass_merge_feedback), where a render pass of VK_KHR_create_renderpass2 asks for it.
     pub merge_feedback: bool,
 }
@@ -100,6 +103,7 @@ impl EnabledFeatures {
             render_pass2: has(ash::khr::create_renderpass2::NAME),
             local_read: physical.newer.local_read,
             unified_layouts: physical.newer.unified_layouts,
+            other_queues: [Queue::Compute, Queue::Transfer].into_iter().any(|own| physical.family_of(own).is_some()),
             merge_feedback: physical.newer.merge_feedback && has(ash::khr::create_renderpass2::NAME),
         }
     }
@@ -147,7 +151,8 @@ impl EnabledFeatures {
         let local_read = self.local_read.then_some(LOCAL_READ).into_iter().flatten();
         let unified = self.unified_layouts.then_some(UNIFIED_LAYOUTS);
         let merging = self.merge_feedback.then_some(ash::ext::subpass_merge_feedback::NAME);
-        [subset, indexing, budget, boundary, maintenance, synchronization, pass2, unified, merging]
+        let timeline = self.other_queues.then_some(ash::khr::timeline_semaphore::NAME);
+        [subset, indexing, budget, boundary, maintenance, synchronization, pass2, unified, merging, timeline]
             .into_iter()
             .flatten()
             .chain(mutable)
@@ -180,7 +185,7 @@ pub struct Device {
     pub physical: PhysicalDevice,
     /// The instance, which outlives the device.
     pub instance: Arc<Instance>,
-    /// The family of the one queue, which does graphics, compute and transfers.
+    /// The family of the queue that does graphics, compute and transfers.
     pub queue_family: u32,
     /// The optional features that are enabled.
     pub features: EnabledFeatures,
@@ -231,8 +236,10 @@ impl Device {
         let memory = MemoryAllocator::new(instance.raw(), &raw, &physical).inspect_err(|_| unsafe {
             raw.destroy_device(None);
         })?;
-        // SAFETY: the device was created with one queue of this family.
-        let queue = unsafe { raw.get_device_queue(queue_family, 0) };
+        let queues = open_queues(&raw, &physical, queue_family).inspect_err(|_| {
+            // SAFETY: as above.
+            unsafe { raw.destroy_device(None) };
+        })?;
         let debug_utils = instance.has_debug_utils().then(|| ash::ext::debug_utils::Device::new(instance.raw(), &raw));
         let pipeline_cache = PipelineCache::open(&raw, &physical);
         let device = Device {
@@ -246,14 +253,20 @@ impl Device {
             labels: Mutex::default(),
             last_label: Mutex::default(),
             shaders: Mutex::default(),
-            submissions: Submissions::new(queue),
+            submissions: Submissions::new(queues),
             registry: Registry::default(),
             retired: RetireQueue::default(),
             reuse: Reuse::default(),
             memory,
             pipeline_cache,
         };
-        device.name_object(queue, "queue");
+        for (queue, own) in Queue::ALL.into_iter().zip(queues) {
+            let Some(own) = own else { continue };
+            device.name_object(own.raw, queue.name());
+            own.timeline
+                .into_iter()
+                .for_each(|count| device.name_object(count, &format!("count of the {}", queue.name())));
+        }
         Ok(Arc::new(device))
     }
 
@@ -400,6 +413,30 @@ fn c_text(text: &str) -> CString {
     CString::new(until_nul).unwrap_or_default()
 }
 
+/// The queues that the device was created with. Where there are several, each has a semaphore that counts.
+fn open_queues(raw: &ash::Device, physical: &PhysicalDevice, first: u32) -> Result<[Option<CountingQueue>; 3]> {
+    let family = |queue| if queue == Queue::Graphics { Some(first) } else { physical.family_of(queue) };
+    let count = Queue::ALL.into_iter().filter_map(family).count();
+    let mut opened = [None; 3];
+    for queue in Queue::ALL {
+        let Some(family) = family(queue) else { continue };
+        let mut kind = vk::SemaphoreTypeCreateInfo::default().semaphore_type(vk::SemaphoreType::TIMELINE);
+        let info = vk::SemaphoreCreateInfo::default().push_next(&mut kind);
+        // SAFETY: the device was created with one queue of each of these families, and with semaphores that count where there are several.
+        let made = (count > 1).then(|| unsafe { raw.create_semaphore(&info, None) }).transpose();
+        let timeline = made.doing("vkCreateSemaphore", || format!("creating the count of the {}", queue.name()));
+        let timeline = timeline.inspect_err(|_| {
+            let earlier = opened.iter().flatten().filter_map(|own: &CountingQueue| own.timeline);
+            // SAFETY: nothing uses them yet.
+            earlier.for_each(|semaphore| unsafe { raw.destroy_semaphore(semaphore, None) });
+        })?;
+        // SAFETY: as above.
+        let raw = unsafe { raw.get_device_queue(family, 0) };
+        opened[queue.index()] = Some(CountingQueue::new(raw, timeline));
+    }
+    Ok(opened)
+}
+
 fn create(
     instance: &Instance,
     physical: &PhysicalDevice,
@@ -411,7 +448,10 @@ fn create(
     names.sort_unstable();
     names.dedup();
     let names: Vec<*const c_char> = names.into_iter().map(CStr::as_ptr).collect();
-    let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(queue_family).queue_priorities(&[1.0])];
+    let queue = |family| vk::DeviceQueueCreateInfo::default().queue_family_index(family).queue_priorities(&[1.0]);
+    let families = Queue::ALL.into_iter().filter_map(|queue| physical.family_of(queue));
+    let queues: Vec<_> = families.filter(|_| features.other_queues).map(queue).collect();
+    let queues = if features.other_queues { queues } else { vec![queue(queue_family)] };
     let mut instrumentation = match instance.validation() {
         Validation::GpuAssisted => Instrumentation::of(instance, physical)?,
         _ => Instrumentation::default(),
@@ -443,6 +483,10 @@ fn create(
     let mut unified = UnifiedLayoutsFeatures::new(true);
     if features.unified_layouts {
         info = info.push_next(&mut unified);
+    }
+    let mut timeline = vk::PhysicalDeviceTimelineSemaphoreFeatures::default().timeline_semaphore(true);
+    if features.other_queues && !is_with_1_2 {
+        info = info.push_next(&mut timeline);
     }
     let mut merging = vk::PhysicalDeviceSubpassMergeFeedbackFeaturesEXT::default().subpass_merge_feedback(true);
     if features.merge_feedback {

@@ -8,6 +8,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use ash::vk::{self, Handle};
 
+use super::barrier::Half;
+use super::queues::Queue;
 use super::sync::Dependency;
 
 /// A command, as it was recorded.
@@ -53,6 +55,8 @@ pub struct Barrier {
     pub dst_stages: vk::PipelineStageFlags2,
     /// `VK_DEPENDENCY_BY_REGION_BIT`: between draws inside of `vkCmdBeginRendering`.
     pub by_region: bool,
+    /// It is a half of an ownership transfer, from the first queue to the second.
+    pub handed: Option<(Half, [Queue; 2])>,
     /// Barriers on memory, buffers and images, in this order.
     pub parts: Vec<BarrierPart>,
 }
@@ -74,6 +78,7 @@ pub struct BarrierPart {
 #[derive(Default)]
 pub(super) struct Barriers<'a> {
     pub flags: vk::DependencyFlags,
+    pub handed: Option<(Half, [Queue; 2])>,
     pub memory: Vec<vk::MemoryBarrier2<'a>>,
     pub buffers: Vec<vk::BufferMemoryBarrier2<'a>>,
     pub images: Vec<vk::ImageMemoryBarrier2<'a>>,
@@ -92,6 +97,7 @@ impl Barriers<'_> {
             src_stages: order.before.stage,
             dst_stages: order.after.stage,
             by_region: self.flags.contains(vk::DependencyFlags::BY_REGION),
+            handed: self.handed,
             parts: memory.chain(buffers).chain(images).collect(),
         };
         Arguments { barrier: Some(barrier), ..Arguments::default() }

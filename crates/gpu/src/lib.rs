@@ -48,6 +48,7 @@ mod physical;
 mod pipeline;
 mod pipeline_cache;
 mod queries;
+pub mod queues;
 mod render_pass;
 mod reuse;
 mod roadmap;
@@ -72,7 +73,7 @@ pub use memory::{HeapReport, KindReport, MemoryKind, MemoryReport};
 pub use message::{Message, MessageKind, MessageLog, Severity};
 pub use physical::{DeviceChoice, NewerFeatures, PhysicalDevice, choose};
 pub use roadmap::Roadmap;
-pub use submission::SubmitOptions;
+pub use submission::{Part, PartWait, SubmitOptions};
 #[cfg(feature = "present")]
 pub use surface::{HEADLESS, Surface, surface_extensions};
 #[cfg(feature = "present")]
@@ -96,6 +97,7 @@ pub use pipeline::{
 #[cfg(feature = "caches")]
 pub use pipeline_cache::DriverHeader;
 pub use queries::Timestamps;
+pub use queues::Queue;
 pub use render_pass::{
     Framebuffer, MergeFeedback, RecordedPass, RenderPass, RenderPassParts, SubpassDesc, SubpassFeedback, SubpassOrder,
     framebuffer,
@@ -104,4 +106,4 @@ pub use sampler::OwnedSampler;
 pub use submission::Ticket;
 #[cfg(feature = "present")]
 pub use swapchain::{Acquired, Swapchain, SwapchainDesc, semaphore};
-pub use upload::{UploadOrder, Uploader};
+pub use upload::{UploadHandover, UploadOrder, Uploader};

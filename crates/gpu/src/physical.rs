@@ -16,6 +16,7 @@ use super::device::LOCAL_READ;
 use super::error::{Doing, Error, Result};
 use super::instance::{InstanceHandles, fixed_text};
 use super::newer::{API_VERSION_1_4, UNIFIED_LAYOUTS, UnifiedLayoutsFeatures, Vulkan14Properties};
+use super::queues::QueueFamilies;
 
 /// A device as its driver describes it. Keeps its instance alive.
 #[derive(Clone)]
@@ -56,6 +57,8 @@ pub struct PhysicalDevice {
     pub queue_family: Option<u32>,
     /// The number of valid bits in that family's timestamps; 0: it writes none.
     pub timestamp_valid_bits: u32,
+    /// The families of other queues.
+    pub families: QueueFamilies,
     /// The figures that an earlier run measured of the device and its driver, as [`PhysicalDevice::keep_calibration`] took them; only with
     /// [`super::InstanceOptions::calibrated`], and with the feature `caches`.
     #[cfg(feature = "caches")]
@@ -105,6 +108,7 @@ impl PhysicalDevice {
             extensions,
             queue_family: family.and_then(|index| u32::try_from(index).ok()),
             timestamp_valid_bits: family.map_or(0, |index| families[index].timestamp_valid_bits),
+            families: QueueFamilies::of(&families),
             #[cfg(feature = "caches")]
             calibration: None,
             instance: Arc::clone(instance),
@@ -244,6 +248,8 @@ pub struct NewerFeatures {
     pub unified_layouts: bool,
     /// VK_EXT_subpass_merge_feedback.
     pub merge_feedback: bool,
+    /// VK_KHR_timeline_semaphore.
+    pub timeline_semaphore: bool,
 }
 
 impl NewerFeatures {
@@ -263,6 +269,7 @@ impl NewerFeatures {
         let mut local_read = vk::PhysicalDeviceDynamicRenderingLocalReadFeaturesKHR::default();
         let mut unified = UnifiedLayoutsFeatures::new(false);
         let mut merging = vk::PhysicalDeviceSubpassMergeFeedbackFeaturesEXT::default();
+        let mut timeline = vk::PhysicalDeviceTimelineSemaphoreFeatures::default();
         let lists_local_read = LOCAL_READ.into_iter().all(has);
         let mut query = vk::PhysicalDeviceFeatures2::default();
         // A structure of an extension that is not listed must not be asked for.
@@ -277,6 +284,9 @@ impl NewerFeatures {
         }
         if has(ash::ext::subpass_merge_feedback::NAME) {
             query = query.push_next(&mut merging);
+        }
+        if has(ash::khr::timeline_semaphore::NAME) {
+            query = query.push_next(&mut timeline);
         }
         // SAFETY: the device was listed by this instance, and the structures live until the call returns.
         unsafe { instance.raw.get_physical_device_features2(raw, &mut query) };
@@ -299,6 +309,7 @@ impl NewerFeatures {
             local_read_samples: reads && is_on(read.local_read_samples),
             unified_layouts: is_on(unified.unified_image_layouts),
             merge_feedback: is_on(merging.subpass_merge_feedback),
+            timeline_semaphore: is_on(timeline.timeline_semaphore),
         }
     }
 }

@@ -7,6 +7,7 @@ use ash::vk;
 use super::device::Device;
 use super::error::{Doing, Error, Result};
 use super::owned::Owned;
+use super::queues::Queue;
 use super::sync::{SyncVersion, Use};
 
 /// A row of labelled points in time, written by one command buffer.
@@ -21,12 +22,16 @@ pub struct Timestamps {
 }
 
 impl Timestamps {
-    /// Room for `max` points, or `None` if the device's queue writes no timestamps.
+    /// Room for `max` points on a queue, or `None` if it writes no timestamps.
     ///
     /// # Errors
     /// [`Error::Misuse`] for no points at all; running out of memory.
-    pub fn new(device: &Arc<Device>, name: &str, max: u32) -> Result<Option<Timestamps>> {
-        let valid_bits = device.physical.timestamp_valid_bits;
+    pub fn new(device: &Arc<Device>, queue: Queue, name: &str, max: u32) -> Result<Option<Timestamps>> {
+        let valid_bits = match queue {
+            Queue::Graphics => device.physical.timestamp_valid_bits,
+            Queue::Compute => device.physical.families.compute_timestamp_bits,
+            Queue::Transfer => 0,
+        };
         let period_ns = f64::from(device.physical.limits.timestamp_period);
         if valid_bits == 0 || period_ns <= 0.0 {
             return Ok(None);

@@ -1,4 +1,4 @@
-//! Submissions to the one queue, and knowing when each is done.
+//! Submissions to the queues, and knowing when each is done.
 
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -11,6 +11,7 @@ use ash::vk;
 use super::command::CommandBuffer;
 use super::device::Device;
 use super::error::{Doing, Error, Result};
+use super::queues::Queue;
 use super::sync::{SyncVersion, Use};
 
 /// The number of a submission of one device: the first is 1. A higher one is done no earlier than a lower one.
@@ -27,12 +28,28 @@ pub struct SubmitOptions<'a> {
     /// It ends a frame that nothing presents, and this image has its picture. Tools that capture frames are told, where the device can tell
     /// them; a presented frame needs no such mark.
     pub ends_frame: Option<vk::Image>,
+    /// Command buffers that go before it, in this order, on the same queue or others.
+    pub parts: &'a [Part<'a>],
+    /// One of these parts, on another queue, that it waits for before the given stages.
+    pub after: Option<PartWait>,
 }
 
-/// The queue, and a fence for each submission that is not known to be done.
+/// A command buffer that goes to a queue before others of the same work.
+#[derive(Clone, Copy)]
+pub struct Part<'a> {
+    /// Recorded for its queue.
+    pub cmd: &'a CommandBuffer,
+    /// An earlier part, on another queue, that it waits for.
+    pub after: Option<PartWait>,
+}
+
+/// A wait for an earlier part of the same work: its index, and the stages that wait.
+pub type PartWait = (usize, vk::PipelineStageFlags2);
+
+/// The queues, and a fence for each submission that is not known to be done.
 ///
 /// Fences suffice for order: one signals only when every earlier submission to the queue is done too (Vulkan 1.3,
-/// section 7.3, "Fence signal operations").
+/// section 7.3, "Fence signal operations"). Work of several queues ends on the first one, which has waited for the others by then.
 pub(super) struct Submissions {
     submitted: AtomicU64,
     completed: AtomicU64,
@@ -40,7 +57,8 @@ pub(super) struct Submissions {
 }
 
 struct QueueState {
-    queue: vk::Queue,
+    /// By [`Queue::index`], where the device has them.
+    queues: [Option<CountingQueue>; 3],
     /// A thread that waits for a fence holds it too, and nobody resets it meanwhile.
     pending: VecDeque<(u64, Arc<vk::Fence>)>,
     /// Signalled; those that nobody waits for any more can be reset.
@@ -48,9 +66,69 @@ struct QueueState {
     free: Vec<vk::Fence>,
 }
 
+/// A queue, and the semaphore that counts its parts of works that others wait for.
+#[derive(Clone, Copy)]
+pub(super) struct CountingQueue {
+    pub(super) raw: vk::Queue,
+    /// None where the device has no other queue.
+    pub(super) timeline: Option<vk::Semaphore>,
+    /// The last value that was or will be signalled.
+    count: u64,
+}
+
+impl CountingQueue {
+    pub(super) const fn new(raw: vk::Queue, timeline: Option<vk::Semaphore>) -> Self {
+        Self { raw, timeline, count: 0 }
+    }
+
+    /// The next value of its semaphore, before these stages of whoever waits.
+    fn next(&mut self) -> Option<Point> {
+        self.count += 1;
+        let count = self.count;
+        self.timeline.map(|semaphore| Point { semaphore, value: Some(count), stage: ALL })
+    }
+}
+
+/// A semaphore that is waited for before its stages, or signalled after them; one that counts has a value.
+#[derive(Clone, Copy)]
+struct Point {
+    semaphore: vk::Semaphore,
+    value: Option<u64>,
+    stage: vk::PipelineStageFlags2,
+}
+
+const ALL: vk::PipelineStageFlags2 = vk::PipelineStageFlags2::ALL_COMMANDS;
+
+/// One batch of a queue.
+struct Batch<'a> {
+    queue: vk::Queue,
+    commands: &'a [vk::CommandBuffer],
+    waits: Vec<Point>,
+    signals: Vec<Point>,
+    fence: vk::Fence,
+}
+
+/// A queue with the semaphores before and after a batch.
+type QueueBatch = (vk::Queue, Vec<Point>, Vec<Point>);
+
+impl QueueState {
+    /// The one that every device has.
+    fn queue(&self) -> vk::Queue {
+        self.queues[Queue::Graphics.index()].map_or(vk::Queue::null(), |own| own.raw)
+    }
+}
+
+/// Runs `submit` when the recordings of all parts are whole and not under way, and keeps its ticket for them, too.
+fn submitted_by(parts: &[Part<'_>], submit: &dyn Fn() -> Result<Ticket>) -> Result<Ticket> {
+    match parts {
+        [] => submit(),
+        [first, rest @ ..] => first.cmd.submitted_by(|| submitted_by(rest, submit)),
+    }
+}
+
 impl Submissions {
-    pub(super) fn new(queue: vk::Queue) -> Submissions {
-        let state = QueueState { queue, pending: VecDeque::new(), done: Vec::new(), free: Vec::new() };
+    pub(super) fn new(queues: [Option<CountingQueue>; 3]) -> Submissions {
+        let state = QueueState { queues, pending: VecDeque::new(), done: Vec::new(), free: Vec::new() };
         Submissions { submitted: AtomicU64::new(0), completed: AtomicU64::new(0), state: Mutex::new(state) }
     }
 
@@ -107,6 +185,10 @@ impl Submissions {
             // SAFETY: the fence belongs to this device, and no submission is under way.
             unsafe { device.destroy_fence(fence, None) };
         }
+        for semaphore in state.queues.iter_mut().flatten().filter_map(|own| own.timeline.take()) {
+            // SAFETY: as above.
+            unsafe { device.destroy_semaphore(semaphore, None) };
+        }
         self.note_completed(&state);
     }
 }
@@ -126,7 +208,7 @@ impl Device {
     /// As [`Device::submit`].
     pub fn submit_with(&self, cmd: &CommandBuffer, around: &SubmitOptions) -> Result<Ticket> {
         let doing = || format!("submitting '{}'", cmd.name());
-        cmd.submitted_by(|| self.submit_raw(&[cmd.raw], around, doing))
+        submitted_by(around.parts, &|| cmd.submitted_by(|| self.submit_raw(&[cmd.raw], around, doing)))
     }
 
     /// Has the queue wait for a semaphore that something signals, so that it can be signalled again.
@@ -148,6 +230,7 @@ impl Device {
         let image = ends_frame.as_slice();
         let mut boundary = vk::FrameBoundaryEXT::default().flags(vk::FrameBoundaryFlagsEXT::FRAME_END).images(image);
         let mut state = self.submissions.lock();
+        let batches = self.batches(&mut state, around)?;
         let fence = match state.free.pop() {
             Some(fence) => fence,
             // SAFETY: the device is alive.
@@ -158,16 +241,28 @@ impl Device {
         let serial = self.submissions.submitted.fetch_add(1, Ordering::AcqRel) + 1;
         boundary.frame_id = serial;
         let boundary = (self.features.frame_boundary && ends_frame.is_some()).then_some(&mut boundary);
-        let submitted = match self.sync() {
-            SyncVersion::One => self.queue_submit(state.queue, commands, around, boundary, fence),
-            SyncVersion::Two => self.queue_submit2(state.queue, commands, around, boundary, fence),
-        };
+        let (raws, last) = batches;
+        let none = vk::Fence::null();
+        let mut submitted = Ok(());
+        for (part, (queue, waits, signals)) in around.parts.iter().zip(raws) {
+            let commands = &[part.cmd.raw];
+            submitted = submitted
+                .and_then(|()| self.submit_batch(Batch { queue, commands, waits, signals, fence: none }, None));
+        }
+        let (queue, waits, signals) = last;
+        let submitted =
+            submitted.and_then(|()| self.submit_batch(Batch { queue, commands, waits, signals, fence }, boundary));
         match submitted {
             Ok(()) => {
                 state.pending.push_back((serial, Arc::new(fence)));
                 Ok(Ticket(serial))
             }
             Err(result) => {
+                if !around.parts.is_empty() {
+                    // Parts before the one that failed may be under way, and no fence stands for them. They wait for nothing that was not submitted.
+                    // SAFETY: the device is alive, and its queues are not used meanwhile, as that needs the lock.
+                    let _ = unsafe { self.raw.device_wait_idle() };
+                }
                 state.free.push(fence);
                 self.submissions.note_completed(&state);
                 let command = match self.sync() {
@@ -179,48 +274,89 @@ impl Device {
         }
     }
 
+    /// The queue of each part and of the work itself, with the semaphores before and after it. A part that another one waits for signals the count of its queue.
+    fn batches(&self, state: &mut QueueState, around: &SubmitOptions) -> Result<(Vec<QueueBatch>, QueueBatch)> {
+        let waited: Vec<PartWait> = around.parts.iter().filter_map(|part| part.after).chain(around.after).collect();
+        let mut counts: Vec<Option<Point>> = Vec::new();
+        let mut of_parts = Vec::new();
+        let wait = |counts: &[Option<Point>], after: Option<PartWait>| -> Vec<Point> {
+            let (index, stage) = after.unzip();
+            let count = index.and_then(|index| *counts.get(index)?);
+            count.zip(stage).map(|(count, stage)| Point { stage, ..count }).into_iter().collect()
+        };
+        for (index, part) in around.parts.iter().enumerate() {
+            let lacks = || Error::Misuse(format!("'{}' is for a queue that is not open", part.cmd.name()));
+            let queue = state.queues[part.cmd.queue.index()].as_mut().ok_or_else(lacks)?;
+            let count = waited.iter().any(|(own, _)| *own == index).then(|| queue.next()).flatten();
+            of_parts.push((queue.raw, wait(&counts, part.after), count.into_iter().collect()));
+            counts.push(count);
+        }
+        let binary = |&(semaphore, stage): &(_, _)| Point { semaphore, value: None, stage };
+        let mut waits: Vec<_> = around.waits.iter().map(binary).collect();
+        waits.extend(wait(&counts, around.after));
+        let signals = around.signals.iter().map(|&semaphore| Point { semaphore, value: None, stage: ALL }).collect();
+        Ok((of_parts, (state.queue(), waits, signals)))
+    }
+
+    fn submit_batch(
+        &self,
+        batch: Batch<'_>,
+        boundary: Option<&mut vk::FrameBoundaryEXT<'_>>,
+    ) -> ash::prelude::VkResult<()> {
+        match self.sync() {
+            SyncVersion::One => self.queue_submit(&batch, boundary),
+            SyncVersion::Two => self.queue_submit2(&batch, boundary),
+        }
+    }
+
     /// The queue is used by one thread at a time, under the lock that the caller holds. The fence is not signalled.
     fn queue_submit(
         &self,
-        queue: vk::Queue,
-        commands: &[vk::CommandBuffer],
-        around: &SubmitOptions,
+        batch: &Batch<'_>,
         boundary: Option<&mut vk::FrameBoundaryEXT<'_>>,
-        fence: vk::Fence,
     ) -> ash::prelude::VkResult<()> {
-        let semaphores: Vec<_> = around.waits.iter().map(|&(semaphore, _)| semaphore).collect();
-        let stage = |&(_, stage): &(_, vk::PipelineStageFlags2)| Use::new(stage, vk::AccessFlags2::empty()).masks().0;
-        let stages: Vec<_> = around.waits.iter().map(stage).collect();
-        let mut info = vk::SubmitInfo::default().command_buffers(commands);
+        let semaphores = |points: &[Point]| points.iter().map(|own| own.semaphore).collect::<Vec<_>>();
+        let values = |points: &[Point]| points.iter().map(|own| own.value.unwrap_or_default()).collect::<Vec<_>>();
+        let stage = |own: &Point| Use::new(own.stage, vk::AccessFlags2::empty()).masks().0;
+        let (waits, signals) = (semaphores(&batch.waits), semaphores(&batch.signals));
+        let stages: Vec<_> = batch.waits.iter().map(stage).collect();
+        // Values of semaphores that do not count are ignored.
+        let (waited, signalled) = (values(&batch.waits), values(&batch.signals));
+        let mut counts = vk::TimelineSemaphoreSubmitInfo::default()
+            .wait_semaphore_values(&waited)
+            .signal_semaphore_values(&signalled);
+        let mut info = vk::SubmitInfo::default().command_buffers(batch.commands);
         // The address of an empty list is not null, and best practices want it to be.
-        if !around.waits.is_empty() {
-            info = info.wait_semaphores(&semaphores).wait_dst_stage_mask(&stages);
+        if !waits.is_empty() {
+            info = info.wait_semaphores(&waits).wait_dst_stage_mask(&stages);
         }
-        if !around.signals.is_empty() {
-            info = info.signal_semaphores(around.signals);
+        if !signals.is_empty() {
+            info = info.signal_semaphores(&signals);
+        }
+        if batch.waits.iter().chain(&batch.signals).any(|own| own.value.is_some()) {
+            info = info.push_next(&mut counts);
         }
         if let Some(boundary) = boundary {
             info = info.push_next(boundary);
         }
         // SAFETY: the command buffers are recorded and not pending (`submitted_by`), and the caller's promise.
-        unsafe { self.raw.queue_submit(queue, &[info], fence) }
+        unsafe { self.raw.queue_submit(batch.queue, &[info], batch.fence) }
     }
 
     /// The same by synchronization2, where each semaphore has its stages.
     fn queue_submit2(
         &self,
-        queue: vk::Queue,
-        commands: &[vk::CommandBuffer],
-        around: &SubmitOptions,
+        batch: &Batch<'_>,
         boundary: Option<&mut vk::FrameBoundaryEXT<'_>>,
-        fence: vk::Fence,
     ) -> ash::prelude::VkResult<()> {
         let commands: Vec<_> =
-            commands.iter().map(|&own| vk::CommandBufferSubmitInfo::default().command_buffer(own)).collect();
-        let point = |semaphore, stage| vk::SemaphoreSubmitInfo::default().semaphore(semaphore).stage_mask(stage);
-        let waits: Vec<_> = around.waits.iter().map(|&(semaphore, stage)| point(semaphore, stage)).collect();
-        let all = vk::PipelineStageFlags2::ALL_COMMANDS;
-        let signals: Vec<_> = around.signals.iter().map(|&semaphore| point(semaphore, all)).collect();
+            batch.commands.iter().map(|&own| vk::CommandBufferSubmitInfo::default().command_buffer(own)).collect();
+        let point = |own: &Point| {
+            let info = vk::SemaphoreSubmitInfo::default().semaphore(own.semaphore).stage_mask(own.stage);
+            info.value(own.value.unwrap_or_default())
+        };
+        let waits: Vec<_> = batch.waits.iter().map(point).collect();
+        let signals: Vec<_> = batch.signals.iter().map(point).collect();
         let mut info = vk::SubmitInfo2::default()
             .command_buffer_infos(&commands)
             .wait_semaphore_infos(&waits)
@@ -229,7 +365,7 @@ impl Device {
             info = info.push_next(boundary);
         }
         // SAFETY: as above.
-        unsafe { self.raw.queue_submit2(queue, &[info], fence) }
+        unsafe { self.raw.queue_submit2(batch.queue, &[info], batch.fence) }
     }
 
     /// Waits until a submission is done. Commands of later submissions that must see its writes, and the CPU that reads
@@ -291,7 +427,7 @@ impl Device {
     fn wait_for_all(&self) -> Result<()> {
         {
             let mut state = self.submissions.lock();
-            // SAFETY: the device is alive, and its only queue is not used meanwhile, as that needs the lock.
+            // SAFETY: the device is alive, and its queues are not used meanwhile, as that needs the lock.
             unsafe { self.raw.device_wait_idle() }.doing("vkDeviceWaitIdle", || "waiting for the GPU to be idle")?;
             self.submissions.poll(&self.raw, &mut state, u64::MAX)?;
         }
@@ -309,7 +445,7 @@ impl Device {
     /// submit or wait through this device: that needs the queue too, and would wait forever.
     #[cfg(feature = "present")]
     pub(crate) fn with_queue<R>(&self, use_queue: impl FnOnce(vk::Queue) -> R) -> R {
-        use_queue(self.submissions.lock().queue)
+        use_queue(self.submissions.lock().queue())
     }
 }
 

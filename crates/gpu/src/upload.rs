@@ -7,13 +7,15 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::barrier::{ImageRange, image_barrier, memory_barrier};
+use super::barrier::{Contents, Half, ImageRange, hand_over, image_barrier, memory_barrier};
 use super::buffer::Buffer;
 use super::command::CommandBuffer;
 use super::device::Device;
 use super::error::{Error, Result};
 use super::image::{Image, can_blit, format_block};
 use super::memory::{Location, MemoryKind};
+use super::queues::Queue;
+use super::submission::{Part, SubmitOptions};
 use super::sync::{Dependency, Layouts, Use};
 
 /// Copies to buffers and levels of textures; blits to levels.
@@ -40,6 +42,17 @@ pub struct UploadOrder {
     pub written: Option<Dependency>,
     /// The layouts of the textures.
     pub layouts: Layouts,
+    /// Copies are made on the transfer queue; all else on the one that reads the data.
+    pub handover: Option<UploadHandover>,
+}
+
+/// The way of copied data from the transfer queue to the one that reads it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct UploadHandover {
+    /// The first scope of the release, and the second one of the acquire ([`hand_over`]).
+    pub ownership: Dependency,
+    /// The stages that wait for the copies; none in an experiment without that wait.
+    pub wait: Option<vk::PipelineStageFlags2>,
 }
 
 impl UploadOrder {
@@ -63,6 +76,7 @@ impl UploadOrder {
             blitted: order(BLIT_READ, textures),
             written: order(LEVEL_WRITE, textures),
             layouts: Layouts::Optimal,
+            handover: None,
         }
     }
 }
@@ -77,12 +91,14 @@ pub struct Uploader {
     slots: [StagingSlot; 2],
     current: usize,
     order: UploadOrder,
-    /// Some buffer was written.
-    wrote_buffers: bool,
+    /// The buffers that were written.
+    written: Vec<vk::Buffer>,
 }
 
 struct StagingSlot {
     cmd: CommandBuffer,
+    /// What follows the copies on the queue that reads the data, where copies have a queue of their own.
+    after: Option<CommandBuffer>,
     staging: Buffer,
     used: u64,
     recording: bool,
@@ -106,14 +122,17 @@ impl Uploader {
         let slot = |name: &str| -> Result<StagingSlot> {
             let usage = vk::BufferUsageFlags::TRANSFER_SRC;
             let staging = Buffer::new(device, name, size, usage, Location::Upload, MemoryKind::Staging)?;
-            Ok(StagingSlot { cmd: CommandBuffer::new(device, name)?, staging, used: 0, recording: false })
+            let queue = if order.handover.is_some() { Queue::Transfer } else { Queue::Graphics };
+            let after = order.handover.map(|_| CommandBuffer::new(device, &format!("{name}, acquired")));
+            let cmd = CommandBuffer::on(device, queue, name)?;
+            Ok(StagingSlot { cmd, after: after.transpose()?, staging, used: 0, recording: false })
         };
         Ok(Uploader {
             device: Arc::clone(device),
             slots: [slot("upload 0")?, slot("upload 1")?],
             current: 0,
             order,
-            wrote_buffers: false,
+            written: Vec::new(),
         })
     }
 
@@ -129,7 +148,9 @@ impl Uploader {
             return Err(Error::Misuse(what));
         }
         planned(self.order.buffers, dst)?;
-        self.wrote_buffers = true;
+        if !self.written.contains(&dst.raw) {
+            self.written.push(dst.raw);
+        }
         let mut done = 0;
         while done < data.len() {
             let rest = &data[done..];
@@ -175,7 +196,7 @@ impl Uploader {
         for (level, data) in (0..).zip(levels) {
             self.copy_level(image, level, data.as_ref())?;
         }
-        let cmd = self.recording()?;
+        let cmd = self.after_copies((&[(ImageRange::from(image), self.order.written_layout())], &[]))?;
         if let Some((blit, _)) = blitting {
             self.blit_levels(cmd, image, blit);
         }
@@ -200,10 +221,11 @@ impl Uploader {
     /// # Errors
     /// A lost device.
     pub fn finish(mut self) -> Result<()> {
-        if self.wrote_buffers {
-            let cmd = self.recording()?;
+        if !self.written.is_empty() {
+            let written = std::mem::take(&mut self.written);
+            let cmd = self.after_copies((&[], &written))?;
             // All copies to buffers, those of earlier submissions included: a barrier orders everything submitted
-            // before it to the same queue.
+            // before it to the same queue, or to one that it has waited for.
             memory_barrier(&self.device, cmd, planned(self.order.buffers, "buffers")?);
         }
         self.submit_current()
@@ -332,10 +354,25 @@ impl Uploader {
         let slot = &mut self.slots[self.current];
         if !slot.recording {
             slot.cmd.begin()?;
+            if let Some(after) = &mut slot.after {
+                after.begin()?;
+            }
             slot.recording = true;
             slot.used = 0;
         }
         Ok(slot.cmd.raw)
+    }
+
+    /// The command buffer that goes on with what was copied, on the queue that reads it. Where copies have a queue of their own, that one hands it over.
+    fn after_copies(&mut self, contents: Contents<'_>) -> Result<vk::CommandBuffer> {
+        let copies = self.recording()?;
+        let (Some(after), Some(handover)) = (&self.slots[self.current].after, self.order.handover) else {
+            return Ok(copies);
+        };
+        let queues = [Queue::Transfer, Queue::Graphics];
+        hand_over(&self.device, copies, Half::Release, queues, contents, handover.ownership);
+        hand_over(&self.device, after.raw, Half::Acquire, queues, contents, handover.ownership);
+        Ok(after.raw)
     }
 
     fn submit_current(&mut self) -> Result<()> {
@@ -343,7 +380,19 @@ impl Uploader {
         if slot.recording {
             slot.recording = false;
             slot.cmd.end()?;
-            self.device.submit(&slot.cmd)?;
+            match (&mut slot.after, self.order.handover) {
+                (Some(after), Some(handover)) => {
+                    after.end()?;
+                    let parts = &[Part { cmd: &slot.cmd, after: None }];
+                    let around = SubmitOptions {
+                        parts,
+                        after: handover.wait.map(|stages| (0, stages)),
+                        ..SubmitOptions::default()
+                    };
+                    self.device.submit_with(after, &around)?;
+                }
+                _ => _ = self.device.submit(&slot.cmd)?,
+            }
         }
         Ok(())
     }

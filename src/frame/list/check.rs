@@ -72,7 +72,7 @@ impl StepList {
                         return Some(sentence);
                     }
                 }
-                Step::Presentation => {}
+                Step::Presentation | Step::HandOver(_) => {}
             }
         }
         None

@@ -142,7 +142,8 @@ impl Presenter {
         }
         again.cmd.end()?;
         let (waits, signals) = (&[(again.acquired.raw, self.acquire_stage())], &[image.drawn.raw]);
-        again.ticket = Some(self.device.submit_with(&again.cmd, &SubmitOptions { waits, signals, ends_frame: None })?);
+        again.ticket =
+            Some(self.device.submit_with(&again.cmd, &SubmitOptions { waits, signals, ..SubmitOptions::default() })?);
         self.device.collect();
         Ok(())
     }

@@ -145,7 +145,7 @@ impl Presenter {
         }
         // The rows "acquire" and "present".
         let (waits, signals) = (&[(acquired, stage)], &[image.drawn.raw]);
-        let submitted = renderer.submit(recorded, &SubmitOptions { waits, signals, ends_frame: None });
+        let submitted = renderer.submit(recorded, &SubmitOptions { waits, signals, ..SubmitOptions::default() });
         submitted.inspect_err(|_| _ = self.device.consume(acquired))?;
         self.present(index, copied, panels)
     }

@@ -6,6 +6,7 @@ use super::order::PRESENTATION;
 use super::program::{MemoryAccess, TouchKind};
 use super::words::noun;
 use super::{Hazard, HazardKind, kind_of};
+use crate::gpu::barrier::Half;
 
 /// One side of a clash.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
@@ -16,7 +17,7 @@ pub struct End {
     pub stages: S,
     /// Empty for layout changes.
     pub accesses: A,
-    /// The load or store operation of an attachment, if the use is nothing else.
+    /// The load or store operation of an attachment, or the half of an ownership transfer, if the use is nothing else.
     pub operation: Option<&'static str>,
     /// Layout changes, each from one layout to another.
     pub changes: Vec<[ImageLayout; 2]>,
@@ -81,6 +82,8 @@ impl End {
             TouchKind::Load => (Some("load operation"), Vec::new()),
             TouchKind::Store => (Some("store operation"), Vec::new()),
             TouchKind::Transition { to, .. } => (None, vec![[touch.layout, to]]),
+            TouchKind::HandOver { half: Half::Release, .. } => (Some("release"), Vec::new()),
+            TouchKind::HandOver { half: Half::Acquire, .. } => (Some("acquire"), Vec::new()),
         };
         let stages = if touch.stage == PRESENTATION { S::empty() } else { touch.stage };
         Self { who: touch.who.to_string(), stages, accesses: touch.access, operation, changes }

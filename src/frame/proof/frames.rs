@@ -4,17 +4,19 @@
 use ash::vk::{AccessFlags2 as A, ImageLayout as L};
 
 use super::order::PRESENTATION;
-use super::program::{Memory, Program, Scope, Span, Sync, Time, Who};
+use super::program::{Memory, Program, QueueSet, Scope, Span, Sync, Time, Who};
 use super::render_pass::Besides;
 use crate::frame::IN_FLIGHT;
-use crate::frame::list::{Commands, Condition, RenderPassName, Step, StepList};
+use crate::frame::list::{Commands, Condition, HandOver, RenderPassName, Step, StepList};
 use crate::frame::render_pass::PassDescription;
 use crate::frame::rows::{FORMULA_WRITE, PassName, Row, RowName, Rows, SyncKind, shadow};
+use crate::gpu::Queue;
+use crate::gpu::barrier::Half;
 use crate::gpu::sync::{DEVICE_ACCESS, HOST_WRITE, Use};
 use crate::gpu::upload::{BLIT_READ, BLIT_WRITE, COPY_WRITE};
 use crate::gpu_scene::shadow_clear;
 use crate::passes::{FRAME_READ, Resource, ResourceUse, copy, present};
-use crate::plan::FramePlan;
+use crate::plan::{FramePlan, Target};
 
 mod prefilter;
 
@@ -157,7 +159,9 @@ impl FrameModelBuilder<'_> {
 
     /// Makes the CPU's earlier writes visible to a submission.
     fn submit(&mut self) {
-        self.barrier(RowName::HOST_TO_FRAME, None);
+        if let Some(row) = self.rows.find(RowName::HOST_TO_FRAME) {
+            self.program.submission(row.order());
+        }
     }
 
     /// The CPU waits for all that was submitted until then.
@@ -182,15 +186,23 @@ impl FrameModelBuilder<'_> {
         self.program.command(PassName::HOST, &[(STAGING, BUFFER, HOST_WRITE)]);
         self.submit();
         let from = (STAGING, BUFFER, copy::READ);
+        let queues = [Queue::Transfer, Queue::Graphics];
+        let is_elsewhere = self.plan.queues.transfer;
         if uploads.textures {
             for texture in [&LEVELS[..], &[TEXTURE]] {
                 if texture.len() > 1 && !uploads.mip_levels {
                     continue;
                 }
                 for &level in texture {
+                    self.program.queue = if is_elsewhere { Queue::Transfer } else { Queue::Graphics };
                     self.image_barrier(RowName::TEXTURE_TO_COPY, level);
                 }
                 self.program.command(PassName::UPLOAD, &[from, (texture[0], copied_into, COPY_WRITE)]);
+                if is_elsewhere {
+                    let all: Vec<_> = texture.iter().map(|&level| (level, copied_into)).collect();
+                    let released = self.cross(Half::Release, queues, &all, 0);
+                    self.cross(Half::Acquire, queues, &all, released);
+                }
                 for pair in texture.windows(2) {
                     self.image_barrier(RowName::LEVEL_TO_BLIT, pair[0]);
                     let read = (pair[0], blitted, BLIT_READ);
@@ -203,12 +215,17 @@ impl FrameModelBuilder<'_> {
             }
         }
         if uploads.vertices || uploads.volumes {
-            self.program.command(PassName::UPLOAD, &[from, (Memory::of(Resource::Vertices), BUFFER, COPY_WRITE)]);
-            if uploads.vertices {
-                self.program.command(PassName::UPLOAD, &[from, (Memory::of(Resource::Indices), BUFFER, COPY_WRITE)]);
+            self.program.queue = if is_elsewhere { Queue::Transfer } else { Queue::Graphics };
+            let mut buffers = vec![Resource::Vertices];
+            buffers.extend(uploads.vertices.then_some(Resource::Indices));
+            buffers.extend(self.plan.deforms().then_some(Resource::RestMeshes));
+            let buffers: Vec<_> = buffers.into_iter().map(|own| (Memory::of(own), BUFFER)).collect();
+            for &(buffer, _) in &buffers {
+                self.program.command(PassName::UPLOAD, &[from, (buffer, BUFFER, COPY_WRITE)]);
             }
-            if self.plan.deforms() {
-                self.program.command(PassName::UPLOAD, &[from, (Memory::of(Resource::RestMeshes), BUFFER, COPY_WRITE)]);
+            if is_elsewhere {
+                let released = self.cross(Half::Release, queues, &buffers, 0);
+                self.cross(Half::Acquire, queues, &buffers, released);
             }
             self.barrier(RowName::UPLOAD_TO_VERTICES, None);
         }
@@ -246,7 +263,7 @@ impl FrameModelBuilder<'_> {
             match step {
                 // These passes read nothing that the CPU writes for a frame.
                 Step::Commands(own) if turn.has(own.when) => self.commands(own, 0),
-                Step::Commands(_) | Step::RenderPass(..) => {}
+                Step::Commands(_) | Step::RenderPass(..) | Step::HandOver(_) => {}
                 Step::Presentation => self.show(),
             }
         }
@@ -275,6 +292,7 @@ impl FrameModelBuilder<'_> {
         if self.plan.presented.is_some() {
             self.acquire();
         }
+        let mut released = 0;
         for step in &list.0 {
             match step {
                 Step::RenderPass(name, _) => self.render_pass(passes, *name, turn, place),
@@ -285,6 +303,7 @@ impl FrameModelBuilder<'_> {
                     }
                 }
                 Step::Commands(_) => {}
+                Step::HandOver(own) => released = self.hand_over(own, place, released),
                 Step::Presentation => self.show(),
             }
         }
@@ -303,6 +322,30 @@ impl FrameModelBuilder<'_> {
         if turn.copied {
             self.copied = Some(self.program.step());
         }
+    }
+
+    /// A half of a hand-over between queues. Returns the end of the part that released last.
+    fn hand_over(&mut self, own: &HandOver, place: usize, released: Time) -> Time {
+        let of = |&(target, layout): &(Target, L)| {
+            memory_of(self.plan, Resource::Target(target), place).into_iter().map(move |memory| (memory, layout))
+        };
+        let all: Vec<_> = own.targets.iter().flat_map(of).collect();
+        self.cross(own.half, own.queues, &all, released)
+    }
+
+    /// The same of this memory, by the rows between the two queues.
+    fn cross(&mut self, half: Half, queues: [Queue; 2], all: &[(Memory, L)], released: Time) -> Time {
+        if half == Half::Acquire {
+            self.program.queue = queues[1];
+            if let Some(row) = self.rows.find(RowName::semaphore(queues)) {
+                self.program.semaphore(row.order(), released, queues);
+            }
+        }
+        let name = RowName::ownership(queues);
+        if let Some(row) = self.rows.find(name) {
+            self.program.hand_over((name, row.order()), (half, queues), all);
+        }
+        self.program.step()
     }
 
     fn render_pass(&mut self, passes: &[PassDescription], name: RenderPassName, turn: Turn, place: usize) {
@@ -357,7 +400,7 @@ impl FrameModelBuilder<'_> {
         let Some(mask) = self.rows.find(RowName::ACQUIRE).map(|row| row.after) else { return };
         let now = self.program.step();
         self.program.synchronize(Sync {
-            first: Scope { span: Span::before(now), mask: PRESENTED },
+            first: Scope { span: Span::before(now).on(QueueSet::EVERY), mask: PRESENTED },
             second: Scope { span: Span::since(now), mask: Use::new(mask.stage, DEVICE_ACCESS.access) },
             region: None,
             by_sample: false,
@@ -374,7 +417,7 @@ impl FrameModelBuilder<'_> {
         let now = self.program.step();
         self.program.synchronize(Sync {
             first: Scope { span: Span::before(now), mask },
-            second: Scope { span: Span::since(now), mask: PRESENTED },
+            second: Scope { span: Span::since(now).on(QueueSet::EVERY), mask: PRESENTED },
             region: None,
             by_sample: false,
             memory: None,

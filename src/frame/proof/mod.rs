@@ -11,8 +11,10 @@ use ash::vk;
 
 use super::rows::unreported_mutants::RowPart;
 use super::rows::{PassName, Row, RowError, RowName, Rows};
+use crate::gpu::Queue;
+use crate::gpu::barrier::Half;
 use crate::gpu::sync::Use;
-use crate::passes::copy;
+use crate::passes::{Resource, copy};
 use crate::plan::FramePlan;
 use order::HappensBefore;
 use program::{Memory, MemoryAccess, Program, TouchKind, Who};
@@ -42,6 +44,8 @@ pub enum HazardKind {
     UseAfterChange,
     /// An image in another layout than it must have.
     Layout,
+    /// A use on a queue that does not own the memory.
+    Owner,
 }
 
 impl fmt::Display for HazardKind {
@@ -53,6 +57,7 @@ impl fmt::Display for HazardKind {
             Self::ChangeAfterUse => "layout change after use",
             Self::UseAfterChange => "use after layout change",
             Self::Layout => "wrong layout",
+            Self::Owner => "wrong owner",
         })
     }
 }
@@ -64,13 +69,13 @@ pub struct Hazard {
     pub kind: HazardKind,
     /// As `the target Depth`.
     pub memory: String,
-    /// As `GEOMETRY in frame 1 (LATE_FRAGMENT_TESTS, DEPTH_STENCIL_ATTACHMENT_WRITE)`; of a wrong layout, the one that it is in.
+    /// As `GEOMETRY in frame 1 (LATE_FRAGMENT_TESTS, DEPTH_STENCIL_ATTACHMENT_WRITE)`; of a wrong layout or owner, the one that it has.
     pub first: String,
     /// The later use.
     pub second: String,
     /// The same without Vulkan's terms.
     pub consequence: Consequence,
-    /// The two uses apart; none for a wrong layout, which needs one use only.
+    /// The two uses apart; none for a wrong layout or owner, which needs one use only.
     clash: Option<Clash>,
 }
 
@@ -79,6 +84,7 @@ impl fmt::Display for Hazard {
         let Self { kind, memory, first, second, .. } = self;
         match kind {
             HazardKind::Layout => write!(f, "{kind} of {memory}: {second} finds it in {first}"),
+            HazardKind::Owner => write!(f, "{kind} of {memory}: {second} finds it {first}"),
             _ => write!(f, "{kind} of {memory}: nothing orders {first} before {second}"),
         }
     }
@@ -151,6 +157,52 @@ struct AccessHistory<'a> {
     layout: vk::ImageLayout,
     /// A use that the layout change since then does not wait for.
     overtaken: Option<&'a MemoryAccess>,
+    owner: Owner,
+}
+
+/// The queue whose family owns some memory, with its contents.
+#[derive(Default, Clone, Copy, PartialEq, Eq)]
+enum Owner {
+    /// Nothing has used it.
+    #[default]
+    Nobody,
+    /// One has.
+    Queue(Queue),
+    /// The first has released it to the second.
+    Given([Queue; 2]),
+}
+
+impl Owner {
+    /// The owner after a touch. The error says with whom the touch finds the contents.
+    fn after(self, touch: &MemoryAccess) -> Result<Self, String> {
+        // The CPU and presentation have no family, and what is made for all families has no owner.
+        let Some(queue) = touch.queue.filter(|_| touch.memory.resource != Resource::FrameData) else { return Ok(self) };
+        let is_discarded =
+            matches!(touch.kind, TouchKind::Transition { .. }) && touch.layout == vk::ImageLayout::UNDEFINED;
+        match (self, &touch.kind) {
+            (Self::Queue(own), TouchKind::HandOver { half: Half::Release, queues, .. }) if own == queues[0] => {
+                Ok(Self::Given(*queues))
+            }
+            (Self::Given(given), TouchKind::HandOver { half: Half::Acquire, queues, .. }) if given == *queues => {
+                Ok(Self::Queue(queues[1]))
+            }
+            (_, TouchKind::HandOver { .. }) => Err(self.to_string()),
+            _ if is_discarded => Ok(Self::Queue(queue)),
+            (Self::Nobody, _) => Ok(Self::Queue(queue)),
+            (Self::Queue(own), _) if own == queue => Ok(self),
+            _ => Err(self.to_string()),
+        }
+    }
+}
+
+impl fmt::Display for Owner {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Nobody => f.write_str("with no queue"),
+            Self::Queue(own) => write!(f, "with the {}", own.name()),
+            Self::Given([from, to]) => write!(f, "on its way from the {} to the {}", from.name(), to.name()),
+        }
+    }
 }
 
 /// The hazards of a program, as they are found.
@@ -188,6 +240,10 @@ impl<'a> AccessHistory<'a> {
             if let TouchKind::Transition { to, .. } = touch.kind {
                 self.layout = to;
             }
+            self.owner = self.owner.after(touch).unwrap_or_else(|found| {
+                report(HazardKind::Owner, found.clone(), touch, Consequence::of_owner(&found, touch), None);
+                touch.queue.map_or(self.owner, Owner::Queue)
+            });
         }
         let of_kind = |kind: &TouchKind| group.iter().copied().filter(|touch| touch.kind == *kind).collect::<Vec<_>>();
         // The load operation comes before all else that the group does. A group that only reads holds no earlier reader back.
@@ -236,6 +292,8 @@ fn describe_access(touch: &MemoryAccess) -> String {
         TouchKind::Transition { to, .. } => {
             return format!("the change from {:?} to {to:?} by {who}{when}", touch.layout);
         }
+        TouchKind::HandOver { half: Half::Release, .. } => return format!("the release by {who}{when}"),
+        TouchKind::HandOver { half: Half::Acquire, .. } => return format!("the acquire by {who}{when}"),
         TouchKind::Load => ", loading,",
         TouchKind::Store => ", storing,",
         TouchKind::Plain => "",

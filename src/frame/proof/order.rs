@@ -78,7 +78,7 @@ impl Scope {
         let named = in_full(self.mask.stage).contains(touch.stage)
             || self.mask.stage.contains(S::ALL_COMMANDS) && all_commands().contains(touch.stage);
         let any = if touch.is_write() { A::MEMORY_WRITE } else { A::MEMORY_READ };
-        self.span.contains(touch.time)
+        self.span.contains(touch)
             && named
             && (accesses_in_full(self.mask.access).contains(touch.access) || self.mask.access.contains(any))
     }
@@ -173,6 +173,7 @@ impl<'a> HappensBefore<'a> {
         let from = if needs_memory { &reached.available } else { &reached.executed };
         match &second.kind {
             TouchKind::Transition { by, .. } => by.iter().any(|&sync| from.has(sync)),
+            TouchKind::HandOver { by, .. } => from.has(*by),
             _ if second.stage == S::HOST => {
                 let waits = self.after(second, &reached.executed, |sync| sync.is_fence);
                 // A fence makes nothing visible to the CPU.
@@ -192,7 +193,7 @@ impl<'a> HappensBefore<'a> {
     fn after(&self, second: &MemoryAccess, executed: &Bits, which: impl Fn(&Sync) -> bool) -> bool {
         let mut syncs = self.program.syncs.iter().enumerate();
         syncs.any(|(index, sync)| {
-            let held = sync.second.span.contains(second.time) && self.seconds[index].intersects(second.stage);
+            let held = sync.second.span.contains(second) && self.seconds[index].intersects(second.stage);
             executed.has(index) && which(sync) && held
         })
     }
@@ -223,11 +224,15 @@ impl<'a> HappensBefore<'a> {
             let (executed, available) = match &first.kind {
                 TouchKind::Transition { by, .. } => {
                     // A wait for whole submissions includes their layout changes. The write of a layout change is available by itself.
-                    let direct = by.contains(&index) || sync.is_whole && scope.span.contains(first.time);
+                    let direct = by.contains(&index) || sync.is_whole && scope.span.contains(first);
+                    (direct, direct)
+                }
+                TouchKind::HandOver { by, .. } => {
+                    let direct = *by == index || sync.is_whole && scope.span.contains(first);
                     (direct, direct)
                 }
                 _ => {
-                    let direct = scope.span.contains(first.time) && self.firsts[index].intersects(first.stage);
+                    let direct = scope.span.contains(first) && self.firsts[index].intersects(first.stage);
                     (direct, first.is_write() && scope.reaches_memory(first))
                 }
             };

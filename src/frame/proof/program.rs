@@ -6,35 +6,68 @@ use ash::vk::{self, AccessFlags2 as A, PipelineStageFlags2 as S};
 
 use crate::frame::list::RenderPassName;
 use crate::frame::rows::{PassName, RowName, SUPPORTED};
-use crate::gpu::sync::{Dependency, Use};
+use crate::gpu::Queue;
+use crate::gpu::barrier::Half;
+use crate::gpu::sync::{DEVICE_ACCESS, Dependency, Use};
 use crate::passes::Resource;
 
 /// A place in the order of submission.
 pub(super) type Time = u32;
 
-/// The part of a recording between two times.
+/// Some of the device's queues. The CPU and presentation are on all of them: what they do comes in the order of the calls.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) struct QueueSet(u8);
+
+impl QueueSet {
+    pub(super) const EVERY: Self = Self(u8::MAX);
+    pub(super) const FIRST: Self = Self::of(Queue::Graphics);
+
+    pub(super) const fn of(queue: Queue) -> Self {
+        Self(1 << queue as u8)
+    }
+
+    const fn meets(self, other: Self) -> bool {
+        self.0 & other.0 != 0
+    }
+}
+
+/// The part of a recording between two times, on some queues.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) struct Span {
     pub(super) from: Time,
     /// The first time that is no part of it.
     pub(super) until: Time,
+    pub(super) queues: QueueSet,
 }
 
 impl Span {
+    /// On the first queue.
+    pub(super) const fn between(from: Time, until: Time) -> Self {
+        Self { from, until, queues: QueueSet::FIRST }
+    }
+
+    /// Likewise.
     pub(super) const fn before(time: Time) -> Self {
-        Self { from: 0, until: time }
+        Self::between(0, time)
     }
 
+    /// Likewise.
     pub(super) const fn since(time: Time) -> Self {
-        Self { from: time, until: Time::MAX }
+        Self::between(time, Time::MAX)
     }
 
-    pub(super) fn contains(self, time: Time) -> bool {
-        self.from <= time && time < self.until
+    /// The same times on other queues.
+    pub(super) const fn on(self, queues: QueueSet) -> Self {
+        Self { queues, ..self }
+    }
+
+    pub(super) fn contains(self, touch: &MemoryAccess) -> bool {
+        let queues = touch.queue.map_or(QueueSet::EVERY, QueueSet::of);
+        self.from <= touch.time && touch.time < self.until && self.queues.meets(queues)
     }
 
     pub(super) fn meets(self, other: Self) -> bool {
-        self.from < other.until && other.from < self.until
+        self.from < other.until && other.from < self.until && self.queues.meets(other.queues)
     }
 }
 
@@ -80,6 +113,8 @@ pub(super) enum TouchKind {
     Store,
     /// A layout change: after these synchronizations' first scopes, and before their second ones.
     Transition { by: Vec<usize>, to: vk::ImageLayout },
+    /// A half of an ownership transfer, after the first scope of the barrier, and before its second: the release, or the acquire. The image keeps its layout.
+    HandOver { by: usize, half: Half, queues: [Queue; 2] },
 }
 
 /// A part of a resource that is written and read by itself: a layer or a level of an image, or what one frame in flight has of a buffer.
@@ -164,6 +199,8 @@ impl fmt::Display for Who {
 pub(super) struct MemoryAccess {
     pub(super) memory: Memory,
     pub(super) time: Time,
+    /// The queue that makes it; none for the CPU and presentation.
+    pub(super) queue: Option<Queue>,
     pub(super) who: Who,
     /// The frame, from 1; 0 for touches before all of them.
     pub(super) frame: usize,
@@ -183,7 +220,7 @@ pub(super) struct MemoryAccess {
 impl MemoryAccess {
     /// Returns true if it changes a layout.
     pub(super) fn is_change(&self) -> bool {
-        matches!(self.kind, TouchKind::Transition { .. })
+        matches!(self.kind, TouchKind::Transition { .. } | TouchKind::HandOver { .. })
     }
 
     pub(super) fn is_write(&self) -> bool {
@@ -199,6 +236,8 @@ pub(super) struct Program {
     pub(super) syncs: Vec<Sync>,
     /// The frame that is being added.
     pub(super) frame: usize,
+    /// The queue that commands are being added to.
+    pub(super) queue: Queue,
     now: Time,
     groups: u32,
     instances: u32,
@@ -234,6 +273,10 @@ impl Program {
         MemoryAccess {
             memory,
             time: self.now,
+            queue: match who {
+                Who::At(PassName::HOST | PassName::PRESENTATION) => None,
+                _ => Some(self.queue),
+            },
             who,
             frame: self.frame,
             stage: S::empty(),
@@ -260,10 +303,20 @@ impl Program {
 
     /// The same on several.
     pub(super) fn barrier_on(&mut self, order: Dependency, memory: Option<MemorySet>) -> usize {
+        let queues = QueueSet::of(self.queue);
+        self.order(order, queues, memory)
+    }
+
+    /// Makes the CPU's earlier writes visible to what is submitted from now on, to any queue.
+    pub(super) fn submission(&mut self, order: Dependency) {
+        self.order(order, QueueSet::EVERY, None);
+    }
+
+    fn order(&mut self, order: Dependency, queues: QueueSet, memory: Option<MemorySet>) -> usize {
         let time = self.step();
         self.synchronize(Sync {
-            first: Scope { span: Span::before(time), mask: order.before },
-            second: Scope { span: Span::since(time), mask: order.after },
+            first: Scope { span: Span::before(time).on(queues), mask: order.before },
+            second: Scope { span: Span::since(time).on(queues), mask: order.after },
             region: None,
             by_sample: false,
             memory,
@@ -272,12 +325,27 @@ impl Program {
         })
     }
 
+    /// One queue waits for all that another was given until then.
+    pub(super) fn semaphore(&mut self, order: Dependency, until: Time, queues: [Queue; 2]) {
+        let [from, to] = queues.map(QueueSet::of);
+        let now = self.step();
+        self.synchronize(Sync {
+            first: Scope { span: Span::before(until).on(from), mask: DEVICE_ACCESS },
+            second: Scope { span: Span::since(now).on(to), mask: Use::new(order.after.stage, DEVICE_ACCESS.access) },
+            region: None,
+            by_sample: false,
+            memory: None,
+            is_whole: true,
+            is_fence: false,
+        });
+    }
+
     /// The CPU waits for all that was submitted until then.
     pub(super) fn fence(&mut self, order: Dependency, until: Time) {
         let now = self.step();
         self.synchronize(Sync {
             first: Scope { span: Span::before(until), mask: order.before },
-            second: Scope { span: Span::since(now), mask: Use::new(order.after.stage, A::empty()) },
+            second: Scope { span: Span::since(now).on(QueueSet::EVERY), mask: Use::new(order.after.stage, A::empty()) },
             region: None,
             by_sample: false,
             memory: None,
@@ -297,6 +365,21 @@ impl Program {
         if from != to {
             let (group, kind) = (self.group(), TouchKind::Transition { by, to });
             self.touches.push(MemoryAccess { kind, local, group, ..self.plain(memory, who, from) });
+        }
+    }
+
+    /// A half of the transfer of some memory, each in the layout that it is in, between the stages of a row.
+    pub(super) fn hand_over(
+        &mut self,
+        (name, order): (RowName, Dependency),
+        (half, queues): (Half, [Queue; 2]),
+        all: &[(Memory, vk::ImageLayout)],
+    ) {
+        let order = half.scopes(order);
+        let by = self.barrier_on(order, Some(all.iter().map(|(memory, _)| *memory).collect()));
+        for &(memory, layout) in all {
+            let (group, kind) = (self.group(), TouchKind::HandOver { by, half, queues });
+            self.touches.push(MemoryAccess { kind, group, ..self.plain(memory, Who::Row(name), layout) });
         }
     }
 

@@ -117,10 +117,9 @@ impl<'a> RenderPassInstance<'a> {
         for subpass in 0..pass.subpasses.len() as u32 {
             for (row, ends) in inside(subpass) {
                 let now = program.step();
-                let span = |from, until| Span { from, until };
                 program.synchronize(Sync {
-                    first: Scope { span: span(instance.begin, now), mask: row.before },
-                    second: Scope { span: span(now, after), mask: row.after },
+                    first: Scope { span: Span::between(instance.begin, now), mask: row.before },
+                    second: Scope { span: Span::between(now, after), mask: row.after },
                     region: Some(id),
                     by_sample: instance.is_by_sample(*ends),
                     memory: Some(instance.touched.clone()),
@@ -210,7 +209,7 @@ impl<'a> RenderPassInstance<'a> {
         all.sort_by_key(|([_, to], ..)| *to);
         for (ends, before, after, [is_local, by_region]) in all {
             let span = |subpass: u32, outside: Span| match self.times.get(subpass as usize) {
-                Some(&time) => Span { from: time, until: time + 1 },
+                Some(&time) => Span::between(time, time + 1),
                 None => outside,
             };
             let sync = Sync {

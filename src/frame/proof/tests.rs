@@ -2,7 +2,7 @@
 
 use ash::vk::{AccessFlags2 as A, ImageLayout as L, PipelineStageFlags2 as S};
 
-use super::program::{MemorySet, Scope, Span, Sync, Who};
+use super::program::{MemorySet, QueueSet, Scope, Span, Sync, Who};
 use super::*;
 use crate::frame::rows::{self, PassName, RowName, Side, table};
 use crate::gpu::sync::{DEVICE_ACCESS, Dependency, Use};
@@ -135,7 +135,7 @@ fn between_samples(reads_all: bool, rows_by_sample: &[bool]) -> Vec<HazardKind> 
     touch(&mut program, 0, COLOR_WRITE, false);
     touch(&mut program, last, SAMPLE, reads_all);
     for (subpass, &by_sample) in (0..last).zip(rows_by_sample) {
-        let of = |subpass| Span { from: subpass, until: subpass + 1 };
+        let of = |subpass| Span::between(subpass, subpass + 1);
         let waits = if subpass + 1 == last { SAMPLE } else { COLOR_WRITE };
         program.synchronize(Sync {
             first: Scope { span: of(subpass), mask: COLOR_WRITE },
@@ -173,7 +173,7 @@ fn to_host(barrier: Option<(Use, Use)>, waits: bool, host: Use) -> Vec<HazardKin
         let now = program.step();
         program.synchronize(Sync {
             first: Scope { span: Span::before(now), mask: DEVICE_ACCESS },
-            second: Scope { span: Span::since(now), mask: Use::new(S::HOST, A::empty()) },
+            second: Scope { span: Span::since(now).on(QueueSet::EVERY), mask: Use::new(S::HOST, A::empty()) },
             region: None,
             by_sample: false,
             memory: Some(MemorySet::from_iter([Memory::of(Resource::ReadBack)])),
@@ -261,4 +261,93 @@ fn rows_of_another_plan_leave_hazards_and_name_them() {
     let hazards = FrameModel::of(with, &without).hazards();
     let told: Vec<String> = hazards.iter().map(ToString::to_string).collect();
     assert!(told.iter().any(|line| line.starts_with("wrong layout of shadow map 0: CLEAR")), "{told:#?}");
+}
+
+/// Returns the hazards of a write by a copy, and a dispatch on another queue that reads it. `steps` come between the two.
+fn across(steps: impl Fn(&mut Program)) -> Vec<HazardKind> {
+    let mut program = Program::default();
+    program.command(PassName::UPLOAD, &[(Memory::of(Resource::Vertices), BUFFER, COPY_WRITE)]);
+    steps(&mut program);
+    program.queue = Queue::Compute;
+    program.command(PassName::DRAWS, &[(Memory::of(Resource::Vertices), BUFFER, DISPATCH_READ)]);
+    kinds(&program)
+}
+
+const DISPATCH_READ: Use = Use::new(S::COMPUTE_SHADER, A::SHADER_STORAGE_READ);
+const THERE: [Queue; 2] = [Queue::Graphics, Queue::Compute];
+
+/// A half of a transfer to the compute queue.
+fn hand(program: &mut Program, half: Half, before: Use, after: Use) {
+    let row = (RowName::ownership(THERE), Dependency::between(before, after));
+    program.hand_over(row, (half, THERE), &[(Memory::of(Resource::Vertices), BUFFER)]);
+}
+
+fn signal(program: &mut Program, waits: Use) {
+    program.queue = Queue::Compute;
+    let until = program.step();
+    program.semaphore(Dependency::between(DEVICE_ACCESS, waits), until, THERE);
+}
+
+#[test]
+fn what_crosses_queues_needs_a_release_a_semaphore_and_an_acquire() {
+    let all = |released: Use, waits: Use, acquired: Use| {
+        across(|program| {
+            hand(program, Half::Release, released, acquired);
+            signal(program, waits);
+            hand(program, Half::Acquire, released, acquired);
+        })
+    };
+    assert_eq!(all(COPY_WRITE, bare(DISPATCH_READ), DISPATCH_READ), NONE);
+    assert_eq!(
+        all(bare(COPY_WRITE), bare(DISPATCH_READ), DISPATCH_READ),
+        [HazardKind::ChangeAfterUse],
+        "not available"
+    );
+    assert_eq!(all(SAMPLE, bare(DISPATCH_READ), DISPATCH_READ), [HazardKind::ChangeAfterUse], "another stage's write");
+    assert_eq!(
+        all(COPY_WRITE, bare(DISPATCH_READ), bare(DISPATCH_READ)),
+        [HazardKind::UseAfterChange],
+        "not visible to the read"
+    );
+    let acquire_is_too_soon = all(COPY_WRITE, bare(COPY_READ), DISPATCH_READ);
+    assert_eq!(acquire_is_too_soon, [HazardKind::ChangeAfterUse], "the wait holds back another stage");
+}
+
+#[test]
+fn half_a_transfer_leaves_contents_with_another_queue() {
+    let without_a_semaphore = across(|program| {
+        hand(program, Half::Release, COPY_WRITE, DISPATCH_READ);
+        program.queue = Queue::Compute;
+        hand(program, Half::Acquire, COPY_WRITE, DISPATCH_READ);
+    });
+    assert_eq!(without_a_semaphore, [HazardKind::ChangeAfterUse]);
+    let not_acquired = across(|program| {
+        hand(program, Half::Release, COPY_WRITE, DISPATCH_READ);
+        signal(program, DISPATCH_READ);
+    });
+    assert_eq!(not_acquired, [HazardKind::Owner]);
+    let not_released = across(|program| {
+        signal(program, DISPATCH_READ);
+        hand(program, Half::Acquire, COPY_WRITE, DISPATCH_READ);
+    });
+    assert_eq!(not_released, [HazardKind::Owner]);
+    let kept = across(|program| signal(program, DISPATCH_READ));
+    assert_eq!(
+        kept,
+        [HazardKind::Owner],
+        "the semaphore makes the write visible, and the contents are another queue's"
+    );
+}
+
+#[test]
+fn a_barrier_orders_its_own_queue_alone() {
+    let barrier_on = |queue: Queue| {
+        across(|program| {
+            program.queue = queue;
+            program.barrier(Dependency::between(COPY_WRITE, DISPATCH_READ), None);
+        })
+    };
+    let hazards = vec![HazardKind::Owner, HazardKind::ReadAfterWrite];
+    assert_eq!(barrier_on(Queue::Graphics), hazards);
+    assert_eq!(barrier_on(Queue::Compute), hazards);
 }

@@ -66,6 +66,11 @@ impl Consequence {
         Self { action: LaterAction::Find, who: who(touch), memory: noun(touch.memory), clause }
     }
 
+    /// Of contents that another queue owns.
+    pub(super) fn of_owner(found: &str, touch: &MemoryAccess) -> Self {
+        Self { action: LaterAction::Find, who: who(touch), memory: noun(touch.memory), clause: found.to_owned() }
+    }
+
     fn sentence(&self, memories: &[&str]) -> String {
         let what = match memories {
             [] => String::new(),

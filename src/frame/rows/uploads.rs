@@ -40,11 +40,13 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Row> {
         );
     }
     let written = if uploads.mip_levels { LEVEL_WRITE } else { COPY_WRITE };
+    // A queue for copies makes no blits.
+    let first = if plan.queues.transfer { COPY_WRITE } else { written };
     if uploads.textures {
         rows.push(
             barrier(RowName::TEXTURE_TO_COPY, vk::ImageLayout::UNDEFINED, WRITTEN)
                 .from(PassName::OUTSIDE, &[Use::START])
-                .to(PassName::UPLOAD, &[written])
+                .to(PassName::UPLOAD, &[first])
                 .because("the image is new: there is nothing to wait for, but its layout changes before the write"),
         );
     }
@@ -86,6 +88,7 @@ impl Rows {
             blitted: order(RowName::BLIT_TO_TEXTURES),
             written: order(RowName::UPLOAD_TO_TEXTURES),
             layouts: self.layouts,
+            handover: self.upload_handover(),
         }
     }
 }

@@ -197,7 +197,7 @@ fn stops<'a>(plan: &FramePlan, steps: &'a [Step]) -> Vec<Stop<'a>> {
                 let is_occasional = own.when != Condition::Always;
                 stops.push(Stop { place: own.pass.place, step, render_pass: None, touches, samples: 1, is_occasional });
             }
-            Step::Presentation => {}
+            Step::Presentation | Step::HandOver(_) => {}
         }
     }
     stops

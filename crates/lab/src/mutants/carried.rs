@@ -1,4 +1,5 @@
-//! Blind spots of layers in frames that are carried in other ways than by render passes with subpasses, by the API of Vulkan 1.0, and in optimal layouts.
+//! Blind spots of layers in frames that are carried in other ways than by render passes with subpasses, by the API of Vulkan 1.0, in optimal
+//! layouts, and on one queue.
 //!
 //! The reasons of the other lists were found with frames carried so, and may hold here or not. So a notice is never unexpected here.
 
@@ -8,6 +9,7 @@ use afterlight::frame::rows::unreported_mutants::{LAYER, NEWEST, RowPart};
 use afterlight::frame::rows::{PassName, Row, Side, SyncKind};
 use afterlight::gpu::sync::{Layouts, SyncVersion};
 use afterlight::gpu::vk::{AccessFlags2 as A, PipelineStageFlags2 as S};
+use afterlight::plan::OtherQueues;
 use afterlight::scene::Passes;
 
 /// Mutants of such frames that layers may not notice, for one reason.
@@ -24,6 +26,7 @@ pub struct CarriedFrames {
 pub fn is_carried(mutant: &Mutant) -> bool {
     let plan = mutant.plan;
     (plan.passes, plan.sync, plan.layouts) != (Passes::Subpasses, SyncVersion::One, Layouts::Optimal)
+        || plan.queues != OtherQueues::default()
 }
 
 /// The first reason for which a layer of this version may miss a mutant.

@@ -9,7 +9,7 @@ use super::scenes::{deformed, glaze, glow, lamplit, plain, sunlit, textured};
 use afterlight::frame::rows::{self, Row};
 use afterlight::plan::{self, Capabilities, Variation};
 use afterlight::scene::{
-    Culling, GbufferPreset, ImageLayouts, LightPath, OptionalPart, Output, Passes, Resolve, Scene, Settings,
+    Culling, GbufferPreset, ImageLayouts, LightPath, OptionalPart, Output, Passes, Queues, Resolve, Scene, Settings,
     ShadowSettings, SyncApi, Transparency, View,
 };
 
@@ -136,6 +136,7 @@ const CARRIERS: &[Variation] = &[
     Variation::of("by local read", |settings| settings.passes = Passes::LocalRead),
     Variation::of("synchronization 2", |settings| settings.sync = SyncApi::Two),
     Variation::of("unified layouts", |settings| settings.layouts = ImageLayouts::Unified),
+    Variation::of("on all queues", |settings| settings.queues = Queues::All),
 ];
 
 /// The variations that [`CARRIERS`] are tried with, by their names: each gives rows of another kind. Effects have sets of their own besides.

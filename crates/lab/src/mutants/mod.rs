@@ -51,7 +51,7 @@ impl MutantCase {
     pub fn is_for(&self, device: &Capabilities) -> bool {
         let lacks = |error: &plan::PlanError| match error {
             plan::PlanError::Refused(refusal) => {
-                ["--passes local-read", "--sync 2", "--layouts unified"].contains(&refusal.what)
+                ["--passes local-read", "--sync 2", "--layouts unified", "--queues all"].contains(&refusal.what)
             }
             _ => false,
         };

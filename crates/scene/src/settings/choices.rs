@@ -142,6 +142,18 @@ choice! {
 }
 
 choice! {
+    /// The queues that a frame's work goes to. The picture is the same.
+    #[derive(Default)]
+    pub enum Queues: "queues" {
+        /// The one that does everything.
+        #[default]
+        One => "one",
+        /// Ambient occlusion and copies on queues of their own, where the device has them.
+        All => "all",
+    }
+}
+
+choice! {
     /// The layouts that images are used in. The picture is the same.
     #[derive(Default)]
     pub enum ImageLayouts: "layouts" {

@@ -14,7 +14,7 @@ pub use fog::Fog;
 pub use reflections::Reflections;
 
 use super::choices::{
-    Culling, HdrFormat, ImageLayouts, LightPath, MSAA, Output, Passes, Resolve, ShadowFilter, SyncApi, Tonemap,
+    Culling, HdrFormat, ImageLayouts, LightPath, MSAA, Output, Passes, Queues, Resolve, ShadowFilter, SyncApi, Tonemap,
     Transparency, choice,
 };
 use super::gbuffer::GbufferChoice;
@@ -303,6 +303,11 @@ settings! {
         /// Use images in the layout of each kind of use, or in GENERAL alone (unified); the picture is the same
         "layouts", "layouts" => layouts: ImageLayouts = ImageLayouts::Optimal, {
             title: "layouts", in_panel: false, sweep: SweepMode::Alone, cheaper: &["unified"],
+        }
+        /// Use one queue of the device, or those beside it (all): ambient occlusion then runs beside the shadow maps, and uploads are copied by a queue for
+        /// copies; the picture is the same
+        "queues", "queues" => queues: Queues = Queues::One, {
+            title: "queues", in_panel: false, sweep: SweepMode::Alone, cheaper: &["all"],
         }
         /// Draw levels of detail: meshes of fewer triangles, off by at most this many pixels; 0 draws the meshes in full
         "lod", "lod" => lod: f32 = 0.0, {

@@ -176,7 +176,7 @@ impl Graph {
                     all.extend(subpasses.iter().map(|own| (own.place, own.touches.clone())));
                 }
                 Step::Commands(own) => all.push((own.pass.place, own.pass.uses(plan))),
-                Step::Presentation => {}
+                Step::Presentation | Step::HandOver(_) => {}
             }
         }
         for (place, touches) in all {
@@ -259,7 +259,7 @@ fn places(list: &StepList) -> impl Iterator<Item = PassName> {
     list.0.iter().flat_map(|step| match step {
         Step::RenderPass(_, subpasses) => subpasses.iter().map(|own| own.place).collect(),
         Step::Commands(own) => vec![own.pass.place],
-        Step::Presentation => Vec::new(),
+        Step::Presentation | Step::HandOver(_) => Vec::new(),
     })
 }
 
