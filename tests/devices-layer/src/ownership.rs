@@ -1,5 +1,5 @@
-//! Ownership of resources by the played queue families. The device below has one of them, so nothing changes hands there: sharing becomes exclusive, and a
-//! transfer becomes a barrier on each side, of which one changes the image's layout.
+//! Ownership of resources by the played queue families. The device below uses one family, so it has no ownership transfers: concurrent sharing becomes
+//! exclusive, and each half of a transfer becomes a barrier without families. The acquiring half alone changes an image's layout.
 
 use std::collections::HashMap;
 use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
@@ -40,7 +40,7 @@ pub fn forget(device: vk::Device) {
 /// As [`next`], or returns this from the function.
 macro_rules! next {
     ($device:ident, $type:ty, $name:literal $(, $or:expr)?) => {{
-        // SAFETY: the device is the caller's own, and the type is that of the name.
+        // SAFETY: the device is the caller's own, and the name has this type.
         match unsafe { next::<$type>($device, $name) } {
             Some(next) => next,
             None => return $($or)?,
@@ -74,7 +74,7 @@ pub unsafe extern "system" fn destroy_command_pool(
     allocator: *const vk::AllocationCallbacks<'_>,
 ) {
     let (destroy, _) = next!(device, vk::PFN_vkDestroyCommandPool, c"vkDestroyCommandPool");
-    // Before another thread can get the same handles.
+    // Forgotten first: after the call another thread may get the same handles.
     let mut all = recorders();
     all.pools.remove(&(device, pool.as_raw()));
     all.commands.retain(|_, (own, of, _)| (*own, *of) != (device, pool.as_raw()));
@@ -96,7 +96,7 @@ pub unsafe extern "system" fn allocate_command_buffers(
     let (pool, count) = unsafe { ((*info).command_pool.as_raw(), (*info).command_buffer_count as usize) };
     let mut all = recorders();
     if let Some(family) = all.pools.get(&(device, pool)).copied().filter(|_| result == vk::Result::SUCCESS) {
-        // SAFETY: so many were just written there.
+        // SAFETY: the list was just written there.
         let new = unsafe { std::slice::from_raw_parts(place, count) };
         all.commands.extend(new.iter().map(|own| (*own, (device, pool, family))));
     }
@@ -112,7 +112,7 @@ pub unsafe extern "system" fn free_command_buffers(
     let (free, _) = next!(device, vk::PFN_vkFreeCommandBuffers, c"vkFreeCommandBuffers");
     // SAFETY: the list is the caller's.
     let own = unsafe { list(buffers, count) };
-    // Before another thread can get the same handles.
+    // Forgotten first: after the call another thread may get the same handles.
     let mut all = recorders();
     all.commands.retain(|commands, _| !own.contains(commands));
     drop(all);
@@ -120,7 +120,7 @@ pub unsafe extern "system" fn free_command_buffers(
     unsafe { free(device, pool, count, buffers) };
 }
 
-/// A list of Vulkan's, which may be null where it is empty.
+/// A list of Vulkan's. An empty one may be null.
 ///
 /// # Safety
 /// So many elements lie there for as long as the list is used.
@@ -148,7 +148,7 @@ macro_rules! are_barriers {
             }
 
             $(fn keep_layout(&mut self) {
-                // No barrier leads to such a layout. Contents that it discards may be discarded on both sides.
+                // No barrier may lead to these two layouts. The transfer discards the contents, so both halves can change the layout.
                 if ![vk::ImageLayout::UNDEFINED, vk::ImageLayout::PREINITIALIZED].contains(&self.old_layout) {
                     self.$keep = self.old_layout;
                 }
@@ -166,8 +166,8 @@ are_barriers! {
 
 /// Barriers for the device below, which are recorded into a command buffer of this played family. `real` is its family for all played ones.
 ///
-/// A transfer between two played families is recorded twice: by the family that releases, and by the one that acquires. The specification has
-/// the layout changed once, between them; here the family that acquires does it.
+/// A transfer between two played families is recorded twice: by the releasing and by the acquiring family. Vulkan changes the layout once, between the
+/// two; here the acquiring half does.
 fn lowered<B: Barrier>(barriers: &[B], recorded_in: Option<u32>, real: u32) -> Vec<B> {
     let lower = |barrier: &B| {
         let mut own = *barrier;
@@ -210,7 +210,7 @@ pub unsafe extern "system" fn pipeline_barrier(
     images: *const vk::ImageMemoryBarrier<'_>,
 ) {
     let Some((device, real, family)) = recorder(commands) else { return };
-    // SAFETY: the type is that of the name.
+    // SAFETY: the name has this type.
     let below = unsafe { device.function::<vk::PFN_vkCmdPipelineBarrier>(c"vkCmdPipelineBarrier") };
     let Some(record) = below else { return };
     // SAFETY: the lists are the caller's.
@@ -248,7 +248,7 @@ pub unsafe extern "system" fn pipeline_barrier2(commands: vk::CommandBuffer, inf
 pub trait Shared: Copy {
     fn sharing(&mut self) -> (&mut vk::SharingMode, &mut u32, &mut *const u32);
 
-    /// The same for the device below: of the played families it has one, which shares with nobody.
+    /// Its form for the device below, where one family stands for all that share it.
     fn owned(mut self, below: &DeviceBelow) -> Self {
         let (mode, count, families) = self.sharing();
         if below.real_family.is_some() && *mode == vk::SharingMode::CONCURRENT {

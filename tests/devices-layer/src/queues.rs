@@ -1,8 +1,8 @@
-//! Three queue families on a device below of which one queue is used: family 0 is that queue's own, 1 computes and copies, 2 copies.
+//! Three played queue families: 0 has graphics, as the real family, 1 has compute and transfers, 2 has transfers alone.
 //!
-//! Each played queue has a handle of its own, and all of them end in the one real queue. It runs submissions in the order in which they come, whichever
-//! played queue they are for. So a submission that waits for a value of a timeline semaphore that only a later submission signals waits for ever, where
-//! a device with three queues would go on.
+//! Each played queue has a distinct handle, and all calls reach one real queue. The real queue runs submissions in the order of the calls, whichever
+//! played queue they name. A submission that waits for a timeline value which only a later submission signals therefore waits for ever (wait before
+//! signal); a device with three queues would go on.
 
 use std::ptr::NonNull;
 use std::sync::{Arc, LazyLock, Mutex, MutexGuard, PoisonError};
@@ -39,7 +39,7 @@ pub fn played_families(real: &vk::QueueFamilyProperties) -> [vk::QueueFamilyProp
     ]
 }
 
-/// Returns true if a family is one of those that are played, and not `QUEUE_FAMILY_IGNORED`, `_EXTERNAL` or `_FOREIGN_EXT`.
+/// Returns true for an index of a played family, as opposed to `QUEUE_FAMILY_IGNORED`, `_EXTERNAL` and `_FOREIGN_EXT`.
 pub fn is_played(family: u32) -> bool {
     family < FAMILIES
 }
@@ -83,7 +83,7 @@ impl Opened {
         Ok(own)
     }
 
-    /// The same for the device below: one queue of the real family, with what is chained to the first structure.
+    /// The one structure for the device below: one queue of the real family. It keeps the chain of the program's first structure.
     pub fn below<'a>(&'a self, first: &vk::DeviceQueueCreateInfo<'a>, real: u32) -> vk::DeviceQueueCreateInfo<'a> {
         vk::DeviceQueueCreateInfo {
             queue_family_index: real,
@@ -152,7 +152,7 @@ impl Drop for Queues {
     }
 }
 
-/// Prints a fault of the caller's, as no layer above would let it through.
+/// Prints a fault of the caller on the error output.
 pub fn say(why: &str) {
     eprintln!("{}: {why}", NAME.to_string_lossy());
 }
@@ -162,7 +162,7 @@ pub fn say(why: &str) {
 /// # Safety
 /// The device is alive, `get_proc_addr` is of the layer below, and `real` is the family of the one queue that the device below was opened with.
 pub unsafe fn remember(device: vk::Device, get_proc_addr: vk::PFN_vkGetDeviceProcAddr, opened: &Opened, real: u32) {
-    // SAFETY: the caller's promise; the type is that of the name.
+    // SAFETY: the caller's promise; the name has this type.
     let ask: Option<vk::PFN_vkGetDeviceQueue> = unsafe { typed(get_proc_addr(device, c"vkGetDeviceQueue".as_ptr())) };
     // SAFETY: the caller's promise.
     let (Some(ask), Some(key)) = (ask, unsafe { device.key() }) else { return };
@@ -170,14 +170,14 @@ pub unsafe fn remember(device: vk::Device, get_proc_addr: vk::PFN_vkGetDevicePro
     // SAFETY: the caller's promise; the place is this function's own.
     unsafe { ask(device, real, 0, &raw mut queue) };
     if let Some(word) = NonNull::new(queue.as_raw() as *mut usize) {
-        // SAFETY: the queue was just made, and nobody else has it. Its first word is the loader's, which writes there what the device's has when it
-        // gives the queue to the program: it may never give this one, and what is below dispatches by that word.
+        // SAFETY: the queue was just made, and nobody else has it. The loader writes the device's dispatch word into a queue when the program asks for
+        // the queue. A program may never ask for the real one, and layers below dispatch by the word.
         unsafe { word.write(key) };
     }
     locked(&QUEUES).insert(key, Arc::new(Queues::new(opened, queue, key)));
 }
 
-/// Forgets the queues of a device by its key. Their handles live as long as what is returned.
+/// Forgets the queues of a device by its key. Their handles live as long as the returned value.
 pub fn forget(key: usize) -> Option<Arc<Queues>> {
     locked(&QUEUES).remove(&key)
 }
@@ -193,7 +193,7 @@ pub unsafe extern "system" fn get(device: vk::Device, family: u32, index: u32, p
         // SAFETY: as this function was called.
         unsafe { place.write(queues.of(family, index)) };
     } else {
-        // SAFETY: the type is that of the name.
+        // SAFETY: the name has this type.
         let below = unsafe { next::<vk::PFN_vkGetDeviceQueue>(device, c"vkGetDeviceQueue") };
         if let Some((ask, _)) = below {
             // SAFETY: as this function was called.
@@ -214,7 +214,7 @@ pub unsafe extern "system" fn get2(device: vk::Device, info: *const vk::DeviceQu
         // SAFETY: as this function was called.
         unsafe { place.write(queue) };
     } else {
-        // SAFETY: the type is that of the name.
+        // SAFETY: the name has this type.
         let below = unsafe { next::<vk::PFN_vkGetDeviceQueue2>(device, c"vkGetDeviceQueue2") };
         if let Some((ask, _)) = below {
             // SAFETY: as this function was called.
@@ -230,7 +230,7 @@ macro_rules! on_the_real_queue {
             // SAFETY: the queue is the caller's own, with the key of its device.
             let Some(key) = (unsafe { queue.key() }) else { return $($or)? };
             let (device, queues) = (locked(&DEVICES).get(&key).copied(), locked(&QUEUES).get(&key).cloned());
-            // SAFETY: the type is that of the names.
+            // SAFETY: all names have this type.
             let named = |device: super::device::DeviceBelow| unsafe { [$($name),+].into_iter().find_map(|name| device.function::<$type>(name)) };
             let Some(function) = device.and_then(named) else { return $($or)? };
             let _held = queues.as_ref().map(|queues| queues.held());
@@ -260,10 +260,10 @@ on_the_real_queue! {
 
 pub unsafe extern "system" fn device_wait_idle(device: vk::Device) -> vk::Result {
     let queues = of_device(device);
-    // SAFETY: the type is that of the name.
+    // SAFETY: the name has this type.
     let below = unsafe { next::<vk::PFN_vkDeviceWaitIdle>(device, c"vkDeviceWaitIdle") };
     let Some((wait, _)) = below else { return vk::Result::ERROR_UNKNOWN };
-    // To wait for a device is to use all of its queues.
+    // The call counts as an access to each queue of the device (specification, "Host Synchronization").
     let _held = queues.as_ref().map(|queues| queues.held());
     // SAFETY: as this function was called.
     unsafe { wait(device) }
@@ -274,7 +274,7 @@ macro_rules! on_an_object {
     ($($own:ident: $type:ty, $name:literal, $info:ty;)*) => {
         $(pub unsafe extern "system" fn $own(device: vk::Device, info: *const $info) -> vk::Result {
             let queues = of_device(device);
-            // SAFETY: the type is that of the name.
+            // SAFETY: the name has this type.
             let Some((function, _)) = (unsafe { next::<$type>(device, $name) }) else {
                 return vk::Result::ERROR_UNKNOWN;
             };
