@@ -1,4 +1,4 @@
-//! A Vulkan layer for tests: it plays devices that have less than the one below, or an extension more. `AFTERLIGHT_PLAYS` names the device. docs/DEVICES.md says how the
+//! A Vulkan layer for tests: it plays devices that have less than the one below, or an extension or queues more. `AFTERLIGHT_PLAYS` names the device. docs/DEVICES.md says how the
 //! layer is loaded, and lists what the program draws on each.
 //!
 //! It belongs below the validation layer, nearer to the driver: validation then holds the program against the played limits, features and formats. The
