@@ -84,13 +84,13 @@ impl Case {
 }
 
 /// The layer's folder, and the driver of a device that is Vulkan in part only: loaders list that for programs alone that ask for it.
-struct LayerSetup {
+pub struct LayerSetup {
     folder: TempDir,
     partial_driver: Option<PathBuf>,
 }
 
 impl LayerSetup {
-    fn new() -> Self {
+    pub fn new() -> Self {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let deps = Path::new(env!("CARGO_BIN_EXE_afterlight")).with_file_name("deps");
         let library = deps.join(libloading::library_filename("afterlight_devices_layer"));
@@ -115,7 +115,7 @@ impl LayerSetup {
     }
 
     /// Returns the environment in which a program finds such a device.
-    fn environment(&self, profile: &str) -> Vec<(&'static str, OsString)> {
+    pub fn environment(&self, profile: &str) -> Vec<(&'static str, OsString)> {
         let layers = self.folder.path().join("layers");
         // From the program down to the driver. Loaders about 1.3.239 have layers in the order of their folders instead: the layer's is the last there.
         let order = format!("VK_LAYER_KHRONOS_validation:{NAME}");
@@ -234,6 +234,7 @@ fn cases() -> Vec<Case> {
             Case::of("builtin:cornell", auto, "least"),
             Case::of("builtin:quad", LightPath::Clustered, "phone"),
             Case::of(&gallery("particles.toml"), auto, "small-shared-memory"),
+            Case::of("builtin:cornell", auto, "queues"),
         ]);
         return some;
     }
@@ -249,7 +250,7 @@ fn cases() -> Vec<Case> {
     let lit = built_in.iter().flat_map(|scene| LightPath::NAMES.iter().map(move |&(_, path)| (scene.clone(), path)));
     let all: Vec<_> = lit.chain(files.into_iter().map(|scene| (scene, auto))).collect();
     let on_each = |(scene, path): &(String, LightPath)| PROFILES.map(|profile| Case::of(scene, *path, profile));
-    all.iter().flat_map(on_each).collect()
+    all.iter().flat_map(on_each).chain([Case::of("builtin:cornell", auto, "queues")]).collect()
 }
 
 #[test]

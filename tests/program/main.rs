@@ -21,6 +21,7 @@ mod library;
 mod modules;
 mod package;
 mod prints;
+mod queues;
 mod reach;
 mod settings;
 mod setup;

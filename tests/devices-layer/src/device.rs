@@ -8,8 +8,10 @@ use ash::vk;
 use ash::vk::Handle;
 
 use super::loader::{Dispatched, typed};
+use super::ownership::{self, Shared};
 use super::profile::Profile;
-use super::queries::{LazyType, lazy_type, played_extensions, real_features, real_memory};
+use super::queries::{LazyType, lazy_type, played_extensions, real_family, real_features, real_memory};
+use super::queues::{self, Opened};
 use super::shared::{below, device_below, locked, names_extension};
 use super::{DEVICES, INSTANCES, InstanceBelow, chain};
 
@@ -21,6 +23,19 @@ pub struct DeviceBelow {
     device: vk::Device,
     lazy: Option<LazyType>,
     pub tells_merging: bool,
+    /// The family below whose one queue stands for those of all played families. None where the queues are the real ones.
+    pub real_family: Option<u32>,
+}
+
+impl DeviceBelow {
+    /// A function of the device below, where it has one of that name.
+    ///
+    /// # Safety
+    /// The device is alive, and `F` is the type of the function's pointer.
+    pub unsafe fn function<F: Copy>(&self, name: &CStr) -> Option<F> {
+        // SAFETY: the layer below gives functions by their names, and the type is the caller's promise.
+        unsafe { typed((self.get_proc_addr)(self.device, name.as_ptr())) }
+    }
 }
 
 /// Images that live in lazily allocated memory, if their owner wants it: by their device and their handle.
@@ -82,9 +97,18 @@ pub unsafe extern "system" fn create(
     if let Some(refused) = unsafe { refused(&parent, physical, described) } {
         return refused;
     }
-    // SAFETY: as this function was called, with the link of the layer below in the chain, and without the extension that the device below does not
-    // know.
-    let result = unsafe { create_real(create, (physical, described), (allocator, device), parent.profile) };
+    // SAFETY: the physical device is the caller's own.
+    let real_family = unsafe { real_family(physical, parent.profile) };
+    // SAFETY: as this function was called.
+    let Ok(opened) = (unsafe { opened(described, real_family) }) else { return FAILED };
+    let queues = opened.as_ref().map(|(own, first, real)| own.below(first, *real));
+    let mut described = *described;
+    if let Some(queues) = &queues {
+        (described.queue_create_info_count, described.p_queue_create_infos) = (1, std::ptr::from_ref(queues));
+    }
+    // SAFETY: as this function was called, with the link of the layer below in the chain, and without the extension and the queues that the device
+    // below does not know.
+    let result = unsafe { create_real(create, (physical, &described), (allocator, device), parent.profile) };
     if result != vk::Result::SUCCESS {
         return result;
     }
@@ -97,9 +121,34 @@ pub unsafe extern "system" fn create(
     // SAFETY: it was just created.
     if let Some(key) = unsafe { created.key() } {
         let tells_merging = parent.profile.tells_merging();
-        locked(&DEVICES).insert(key, DeviceBelow { get_proc_addr, destroy, device: created, lazy, tells_merging });
+        let own = DeviceBelow { get_proc_addr, destroy, device: created, lazy, tells_merging, real_family };
+        locked(&DEVICES).insert(key, own);
+    }
+    if let Some((opened, _, real)) = &opened {
+        // SAFETY: it was just created, with one queue of that family.
+        unsafe { queues::remember(created, get_proc_addr, opened, *real) };
     }
     result
+}
+
+/// The queues that a device with played families is opened with, the first of their structures, and the real family. None where none are played, or
+/// where the device is opened without queues.
+///
+/// # Errors
+/// A line on the error output says which queue the played device has not.
+///
+/// # Safety
+/// The structures are as the specification has them.
+unsafe fn opened<'a>(
+    described: &vk::DeviceCreateInfo<'a>,
+    real_family: Option<u32>,
+) -> Result<Option<(Opened, vk::DeviceQueueCreateInfo<'a>, u32)>, ()> {
+    // SAFETY: the caller's promise.
+    let infos = unsafe { ownership::list(described.p_queue_create_infos, described.queue_create_info_count) };
+    let (Some(real), Some(first)) = (real_family, infos.first()) else { return Ok(None) };
+    // SAFETY: the caller's promise.
+    let own = unsafe { Opened::read(infos) }.map_err(|why| queues::say(&why))?;
+    Ok(Some((own, *first, real)))
 }
 
 /// Creates the device below without the extension and the feature that only the played one has.
@@ -149,12 +198,15 @@ unsafe fn create_real(
 pub unsafe extern "system" fn destroy(device: vk::Device, allocator: *const vk::AllocationCallbacks<'_>) {
     // SAFETY: the device is null or the caller's own.
     let Some(key) = (unsafe { device.key() }) else { return };
-    let below = locked(&DEVICES).remove(&key);
+    // Before another device can get the same key.
+    let (below, queues) = (locked(&DEVICES).remove(&key), queues::forget(key));
     transient().retain(|(own, _)| *own != device);
+    ownership::forget(device);
     if let Some(destroy) = below.and_then(|below| below.destroy) {
         // SAFETY: as this function was called.
         unsafe { destroy(device, allocator) };
     }
+    drop(queues);
 }
 
 /// A function of the device below.
@@ -164,9 +216,8 @@ pub unsafe extern "system" fn destroy(device: vk::Device, allocator: *const vk::
 pub unsafe fn next<F: Copy>(device: vk::Device, name: &CStr) -> Option<(F, DeviceBelow)> {
     // SAFETY: the caller's promise.
     let below = unsafe { below(&DEVICES, device) }?;
-    // SAFETY: the layer below gives functions by their names, and the type is the caller's promise.
-    let function = unsafe { typed((below.get_proc_addr)(below.device, name.as_ptr())) }?;
-    Some((function, below))
+    // SAFETY: the caller's promise.
+    Some((unsafe { below.function(name) }?, below))
 }
 
 /// As [`next`], or returns this from the function.
@@ -204,13 +255,13 @@ pub unsafe extern "system" fn create_image(
     image: *mut vk::Image,
 ) -> vk::Result {
     let (create, below) = next!(device, vk::PFN_vkCreateImage, c"vkCreateImage", vk::Result::ERROR_UNKNOWN);
-    // SAFETY: as this function was called.
-    let result = unsafe { create(device, info, allocator, image) };
     // SAFETY: the structure is the caller's.
-    let usage = unsafe { (*info).usage };
+    let info = unsafe { *info }.owned(&below);
+    // SAFETY: as this function was called, with families of the device below.
+    let result = unsafe { create(device, &raw const info, allocator, image) };
     if result == vk::Result::SUCCESS
         && below.lazy.is_some()
-        && usage.contains(vk::ImageUsageFlags::TRANSIENT_ATTACHMENT)
+        && info.usage.contains(vk::ImageUsageFlags::TRANSIENT_ATTACHMENT)
     {
         // SAFETY: it was written there.
         transient().insert((device, unsafe { image.read() }.as_raw()));

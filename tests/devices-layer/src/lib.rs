@@ -1,4 +1,4 @@
-//! A Vulkan layer for tests: it plays devices that have less than the one below, or an extension more. `AFTERLIGHT_PLAYS` names the device. docs/DEVICES.md says how the
+//! A Vulkan layer for tests: it plays devices that have less than the one below, or an extension or queues more. `AFTERLIGHT_PLAYS` names the device. docs/DEVICES.md says how the
 //! layer is loaded, and lists what the program draws on each.
 //!
 //! It belongs below the validation layer, nearer to the driver: validation then holds the program against the played limits, features and formats. The
@@ -17,8 +17,10 @@ mod device;
 mod formats;
 mod limits;
 mod merging;
+mod ownership;
 mod profile;
 mod queries;
+mod queues;
 
 use std::ffi::CStr;
 use std::sync::{LazyLock, Mutex};
@@ -64,6 +66,43 @@ fn own_of_device(name: &CStr) -> vk::PFN_vkVoidFunction {
         b"vkCreateRenderPass2" | b"vkCreateRenderPass2KHR" => {
             untyped!(merging::create_render_pass2, vk::PFN_vkCreateRenderPass2)
         }
+        // Other devices have the real queues, and nothing is between them and the program.
+        _ if Profile::chosen().is_ok_and(Profile::has_queues) => own_of_queues(name),
+        _ => None,
+    }
+}
+
+/// Returns this layer's function of played queues, and of what they own, by its name, if there is one.
+fn own_of_queues(name: &CStr) -> vk::PFN_vkVoidFunction {
+    use {ownership as own, queues};
+    match name.to_bytes() {
+        b"vkGetDeviceQueue" => untyped!(queues::get, vk::PFN_vkGetDeviceQueue),
+        b"vkGetDeviceQueue2" => untyped!(queues::get2, vk::PFN_vkGetDeviceQueue2),
+        b"vkQueueSubmit" => untyped!(queues::submit, vk::PFN_vkQueueSubmit),
+        b"vkQueueSubmit2" | b"vkQueueSubmit2KHR" => untyped!(queues::submit2, vk::PFN_vkQueueSubmit2),
+        b"vkQueueBindSparse" => untyped!(queues::bind_sparse, vk::PFN_vkQueueBindSparse),
+        b"vkQueueWaitIdle" => untyped!(queues::wait_idle, vk::PFN_vkQueueWaitIdle),
+        b"vkQueuePresentKHR" => untyped!(queues::present, vk::PFN_vkQueuePresentKHR),
+        b"vkQueueBeginDebugUtilsLabelEXT" => {
+            untyped!(queues::begin_label, vk::PFN_vkQueueBeginDebugUtilsLabelEXT)
+        }
+        b"vkQueueEndDebugUtilsLabelEXT" => untyped!(queues::end_label, vk::PFN_vkQueueEndDebugUtilsLabelEXT),
+        b"vkQueueInsertDebugUtilsLabelEXT" => {
+            untyped!(queues::insert_label, vk::PFN_vkQueueInsertDebugUtilsLabelEXT)
+        }
+        b"vkDeviceWaitIdle" => untyped!(queues::device_wait_idle, vk::PFN_vkDeviceWaitIdle),
+        b"vkSetDebugUtilsObjectNameEXT" => untyped!(queues::set_name, vk::PFN_vkSetDebugUtilsObjectNameEXT),
+        b"vkSetDebugUtilsObjectTagEXT" => untyped!(queues::set_tag, vk::PFN_vkSetDebugUtilsObjectTagEXT),
+        b"vkCreateCommandPool" => untyped!(own::create_command_pool, vk::PFN_vkCreateCommandPool),
+        b"vkDestroyCommandPool" => untyped!(own::destroy_command_pool, vk::PFN_vkDestroyCommandPool),
+        b"vkAllocateCommandBuffers" => untyped!(own::allocate_command_buffers, vk::PFN_vkAllocateCommandBuffers),
+        b"vkFreeCommandBuffers" => untyped!(own::free_command_buffers, vk::PFN_vkFreeCommandBuffers),
+        b"vkCmdPipelineBarrier" => untyped!(own::pipeline_barrier, vk::PFN_vkCmdPipelineBarrier),
+        b"vkCmdPipelineBarrier2" | b"vkCmdPipelineBarrier2KHR" => {
+            untyped!(own::pipeline_barrier2, vk::PFN_vkCmdPipelineBarrier2)
+        }
+        b"vkCreateBuffer" => untyped!(own::create_buffer, vk::PFN_vkCreateBuffer),
+        b"vkCreateSwapchainKHR" => untyped!(own::create_swapchain, vk::PFN_vkCreateSwapchainKHR),
         _ => None,
     }
 }
@@ -96,6 +135,21 @@ fn own_of_instance(name: &CStr) -> vk::PFN_vkVoidFunction {
         }
         b"vkGetPhysicalDeviceQueueFamilyProperties2" | b"vkGetPhysicalDeviceQueueFamilyProperties2KHR" => {
             untyped!(own::families2, vk::PFN_vkGetPhysicalDeviceQueueFamilyProperties2)
+        }
+        b"vkGetPhysicalDeviceSurfaceSupportKHR" => {
+            untyped!(own::surface_support, vk::PFN_vkGetPhysicalDeviceSurfaceSupportKHR)
+        }
+        b"vkGetPhysicalDeviceXcbPresentationSupportKHR" => {
+            untyped!(own::xcb_support, vk::PFN_vkGetPhysicalDeviceXcbPresentationSupportKHR)
+        }
+        b"vkGetPhysicalDeviceXlibPresentationSupportKHR" => {
+            untyped!(own::xlib_support, vk::PFN_vkGetPhysicalDeviceXlibPresentationSupportKHR)
+        }
+        b"vkGetPhysicalDeviceWaylandPresentationSupportKHR" => {
+            untyped!(own::wayland_support, vk::PFN_vkGetPhysicalDeviceWaylandPresentationSupportKHR)
+        }
+        b"vkGetPhysicalDeviceWin32PresentationSupportKHR" => {
+            untyped!(own::win32_support, vk::PFN_vkGetPhysicalDeviceWin32PresentationSupportKHR)
         }
         b"vkGetPhysicalDeviceFormatProperties" => untyped!(own::format, vk::PFN_vkGetPhysicalDeviceFormatProperties),
         b"vkGetPhysicalDeviceFormatProperties2" | b"vkGetPhysicalDeviceFormatProperties2KHR" => {

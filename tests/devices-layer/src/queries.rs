@@ -1,17 +1,17 @@
 //! Queries of a physical device, and the answers of the played one.
 
-use std::ffi::{CStr, c_char};
+use std::ffi::{CStr, c_char, c_void};
 
 use ash::vk;
 
 use super::loader::typed;
 use super::profile::Profile;
 use super::shared::{all, below, tell};
-use super::{INSTANCES, NAME, chain, formats};
+use super::{INSTANCES, NAME, chain, formats, queues};
 
 /// Functions of the layer below by which physical devices are queried. The loader gives these while an instance is created; later it gives the
 /// uppermost layer's.
-const ASKED_BY: [&CStr; 13] = [
+const ASKED_BY: [&CStr; 18] = [
     c"vkEnumerateDeviceExtensionProperties",
     c"vkGetPhysicalDeviceProperties",
     c"vkGetPhysicalDeviceProperties2",
@@ -25,6 +25,11 @@ const ASKED_BY: [&CStr; 13] = [
     c"vkGetPhysicalDeviceFormatProperties2",
     c"vkGetPhysicalDeviceImageFormatProperties",
     c"vkGetPhysicalDeviceImageFormatProperties2",
+    c"vkGetPhysicalDeviceSurfaceSupportKHR",
+    c"vkGetPhysicalDeviceXcbPresentationSupportKHR",
+    c"vkGetPhysicalDeviceXlibPresentationSupportKHR",
+    c"vkGetPhysicalDeviceWaylandPresentationSupportKHR",
+    c"vkGetPhysicalDeviceWin32PresentationSupportKHR",
 ];
 
 /// The functions below, in the order of their names here.
@@ -222,6 +227,35 @@ pub fn lazy_type(profile: Profile, real: &vk::PhysicalDeviceMemoryProperties) ->
     has_place.then_some(LazyType { played: own.len() as u32, real: near as u32 })
 }
 
+/// Queue families of the device below.
+///
+/// # Safety
+/// The physical device is alive.
+unsafe fn real_families(physical: vk::PhysicalDevice) -> Vec<vk::QueueFamilyProperties> {
+    let (ask, _) = next!(
+        physical,
+        vk::PFN_vkGetPhysicalDeviceQueueFamilyProperties,
+        c"vkGetPhysicalDeviceQueueFamilyProperties",
+        Vec::new()
+    );
+    let told = |count, place| {
+        // SAFETY: the caller's promise; the list is `all`'s own.
+        unsafe { ask(physical, count, place) };
+        vk::Result::SUCCESS
+    };
+    all(told).unwrap_or_default()
+}
+
+/// The family below whose queue stands for all that are played: the first with graphics. None where no families are played.
+///
+/// # Safety
+/// The physical device is alive.
+pub unsafe fn real_family(physical: vk::PhysicalDevice, profile: Profile) -> Option<u32> {
+    // SAFETY: the caller's promise.
+    let real = profile.has_queues().then(|| unsafe { real_families(physical) })?;
+    Some(real.iter().position(|own| own.queue_flags.contains(vk::QueueFlags::GRAPHICS))? as u32)
+}
+
 pub unsafe extern "system" fn families(
     physical: vk::PhysicalDevice,
     count: *mut u32,
@@ -229,6 +263,12 @@ pub unsafe extern "system" fn families(
 ) {
     let (ask, profile) =
         next!(physical, vk::PFN_vkGetPhysicalDeviceQueueFamilyProperties, c"vkGetPhysicalDeviceQueueFamilyProperties");
+    // SAFETY: the physical device is the caller's own.
+    if let Some(real) = unsafe { real_family(physical, profile) } {
+        // SAFETY: as above, and as this function was called. A list that is cut short is no fault here.
+        let _ = unsafe { tell(&queues::played_families(&real_families(physical)[real as usize]), count, place) };
+        return;
+    }
     // SAFETY: as this function was called.
     unsafe { ask(physical, count, place) };
     if !place.is_null() {
@@ -249,6 +289,12 @@ pub unsafe extern "system" fn families2(
         vk::PFN_vkGetPhysicalDeviceQueueFamilyProperties2,
         c"vkGetPhysicalDeviceQueueFamilyProperties2"
     );
+    // SAFETY: the physical device is the caller's own.
+    if let Some(real) = unsafe { real_family(physical, profile) } {
+        // SAFETY: as above, and as this function was called.
+        unsafe { tell_families2((ask, physical), real as usize, count, place) };
+        return;
+    }
     // SAFETY: as this function was called.
     unsafe { ask(physical, count, place) };
     if !place.is_null() {
@@ -257,6 +303,98 @@ pub unsafe extern "system" fn families2(
             .iter_mut()
             .for_each(|own| profile.queue_family(&mut own.queue_family_properties));
     }
+}
+
+/// Tells the played families. Structures that are chained to one of them are filled in as those of the real family.
+///
+/// # Safety
+/// As the function that `ask` is, on a physical device that has so many families below.
+unsafe fn tell_families2(
+    (ask, physical): (vk::PFN_vkGetPhysicalDeviceQueueFamilyProperties2, vk::PhysicalDevice),
+    real: usize,
+    count: *mut u32,
+    place: *mut vk::QueueFamilyProperties2<'_>,
+) {
+    // SAFETY: the caller's promise.
+    let families = unsafe { real_families(physical) };
+    let played = queues::played_families(&families[real]);
+    if place.is_null() {
+        // SAFETY: the caller's promise.
+        unsafe { count.write(queues::FAMILIES) };
+        return;
+    }
+    // SAFETY: the caller's promise: so many places are there.
+    let places = unsafe { std::slice::from_raw_parts_mut(place, count.read().min(queues::FAMILIES) as usize) };
+    for (own, family) in places.iter_mut().zip(played) {
+        let mut list = vec![vk::QueueFamilyProperties2::default(); families.len()];
+        list[real].p_next = own.p_next.cast::<c_void>();
+        let mut length = list.len() as u32;
+        // SAFETY: the list is this function's own, and the chain is the caller's, who waits for its answer.
+        unsafe { ask(physical, &raw mut length, list.as_mut_ptr()) };
+        own.queue_family_properties = family;
+    }
+    // SAFETY: the caller's promise.
+    unsafe { count.write(places.len() as u32) };
+}
+
+/// The family below that is asked whether it presents in place of this one. None where the played device's answer is no.
+///
+/// # Safety
+/// The physical device is alive.
+unsafe fn asked_to_present(physical: vk::PhysicalDevice, profile: Profile, family: u32) -> Option<u32> {
+    // SAFETY: the caller's promise.
+    match unsafe { real_family(physical, profile) } {
+        // Only the first of the played families presents.
+        Some(real) => (family == 0).then_some(real),
+        None => Some(family),
+    }
+}
+
+pub unsafe extern "system" fn surface_support(
+    physical: vk::PhysicalDevice,
+    family: u32,
+    surface: vk::SurfaceKHR,
+    place: *mut vk::Bool32,
+) -> vk::Result {
+    let (ask, profile) = next!(
+        physical,
+        vk::PFN_vkGetPhysicalDeviceSurfaceSupportKHR,
+        c"vkGetPhysicalDeviceSurfaceSupportKHR",
+        vk::Result::ERROR_UNKNOWN
+    );
+    // SAFETY: the physical device is the caller's own.
+    let Some(family) = (unsafe { asked_to_present(physical, profile, family) }) else {
+        // SAFETY: as this function was called.
+        unsafe { place.write(vk::FALSE) };
+        return vk::Result::SUCCESS;
+    };
+    // SAFETY: as this function was called, with a family of the device below.
+    unsafe { ask(physical, family, surface, place) }
+}
+
+/// Declares functions by which a window system's programs ask whether a family presents there.
+macro_rules! presentation_support {
+    ($($own:ident: $type:ty, $name:literal, ($($argument:ident: $of:ty),*);)*) => {
+        $(pub unsafe extern "system" fn $own(physical: vk::PhysicalDevice, family: u32 $(, $argument: $of)*) -> vk::Bool32 {
+            let (ask, profile) = next!(physical, $type, $name, vk::FALSE);
+            // SAFETY: the physical device is the caller's own.
+            match unsafe { asked_to_present(physical, profile, family) } {
+                // SAFETY: as this function was called, with a family of the device below.
+                Some(family) => unsafe { ask(physical, family $(, $argument)*) },
+                None => vk::FALSE,
+            }
+        })*
+    };
+}
+
+presentation_support! {
+    xcb_support: vk::PFN_vkGetPhysicalDeviceXcbPresentationSupportKHR, c"vkGetPhysicalDeviceXcbPresentationSupportKHR",
+        (connection: *mut vk::xcb_connection_t, visual: vk::xcb_visualid_t);
+    xlib_support: vk::PFN_vkGetPhysicalDeviceXlibPresentationSupportKHR, c"vkGetPhysicalDeviceXlibPresentationSupportKHR",
+        (display: *mut vk::Display, visual: vk::VisualID);
+    wayland_support: vk::PFN_vkGetPhysicalDeviceWaylandPresentationSupportKHR, c"vkGetPhysicalDeviceWaylandPresentationSupportKHR",
+        (display: *mut vk::wl_display);
+    win32_support: vk::PFN_vkGetPhysicalDeviceWin32PresentationSupportKHR, c"vkGetPhysicalDeviceWin32PresentationSupportKHR", ();
 }
 
 pub unsafe extern "system" fn format(
