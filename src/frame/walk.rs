@@ -158,6 +158,10 @@ impl Frame {
             let earlier = frame.earlier.map(|earlier| FrameContext { cmd, ..*earlier });
             let frame = FrameContext { cmd, earlier: earlier.as_ref(), ..*frame };
             let times = if part.queue == Queue::Graphics { &mut *times } else { &mut *beside };
+            if part.queue == Queue::Graphics && part.steps.start > 0 {
+                // A command buffer knows nothing of the state that an earlier one has set, and not every pass sets viewport and scissor.
+                frame.set_area();
+            }
             self.part(&frame, part.steps.clone(), times);
         }
         self.render_passes.record_present(frame, times);

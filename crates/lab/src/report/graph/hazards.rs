@@ -122,7 +122,7 @@ impl Arrow {
             Some(HazardKind::WriteAfterRead) => "c1",
             Some(HazardKind::WriteAfterWrite) => "c2",
             Some(HazardKind::ChangeAfterUse | HazardKind::UseAfterChange) => "c3",
-            Some(HazardKind::Layout) => "c6",
+            Some(HazardKind::Layout | HazardKind::Owner) => "c6",
             None => "c4",
         }
     }
