@@ -69,7 +69,7 @@ impl Functions {
     ///
     /// # Safety
     /// As the function of the extension.
-    pub(super) unsafe fn queue_submit2(
+    pub unsafe fn queue_submit2(
         &self,
         queue: vk::Queue,
         submits: &[vk::SubmitInfo2<'_>],

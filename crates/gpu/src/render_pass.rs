@@ -95,11 +95,11 @@ impl RenderPass {
     /// running out of memory.
     pub fn new(device: &Arc<Device>, name: &str, parts: RenderPassParts<'_>) -> Result<RenderPass> {
         parts.check(device, name)?;
-        let raw = match device.sync() {
-            SyncVersion::One => create(device, parts),
-            SyncVersion::Two => create2(device, parts, SyncVersion::Two, None),
+        let (command, raw) = match device.sync() {
+            SyncVersion::One => ("vkCreateRenderPass", create(device, parts)),
+            SyncVersion::Two => ("vkCreateRenderPass2", create2(device, parts, SyncVersion::Two, None)),
         };
-        let raw = raw.doing("vkCreateRenderPass", || format!("creating the render pass '{name}'"))?;
+        let raw = raw.doing(command, || format!("creating the render pass '{name}'"))?;
         // Render passes are compatible if they differ in layouts, loads and stores only; telling apart those that differ there costs little.
         // Layer 1.3.239 takes two that were made by the two APIs for incompatible: of the second it does not see the masks.
         let RenderPassParts { attachments, subpasses, dependencies } = parts;
