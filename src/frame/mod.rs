@@ -313,7 +313,7 @@ impl Renderer {
             self.poses[self.next].write(&self.world.pose.joints, &self.world.pose.weights)?;
         }
         let frame = &mut self.frames[self.next];
-        frame.cmd.begin()?;
+        frame.cmd.begin_by(self.plan.sync)?;
         let cmd = frame.cmd.raw;
         let mut times = frame.times.take();
         if let Some(times) = &mut times {

@@ -2,6 +2,7 @@
 //! bytes, and silent layers.
 
 use afterlight::frame::{Renderer, experiment, plan_for, rows};
+use afterlight::gpu::Device;
 use afterlight::plan::{Variation, samples, variations};
 use afterlight::scene::{
     AmbientOcclusion, Culling, Fog, GbufferPreset, ImageLayouts, LightPath, Passes, Reflections, Scene, Settings,
@@ -142,6 +143,55 @@ fn more_order_draws_the_same_bytes() {
                 }
             }
         }
+    });
+}
+
+/// The commands that either API has, by the name of the older one. The other adds a 2.
+const OF_BOTH: [&str; 5] =
+    ["vkCmdPipelineBarrier", "vkCmdBeginRenderPass", "vkCmdNextSubpass", "vkCmdEndRenderPass", "vkCmdWriteTimestamp"];
+
+/// Fails unless all commands that `record` records are of this API, and barriers among them.
+fn assert_recorded_by(sync: SyncApi, device: &Device, what: &str, record: impl FnOnce()) {
+    device.keep_commands();
+    record();
+    let of = |sync: SyncApi, name: &str| if sync == SyncApi::Two { format!("{name}2") } else { name.to_owned() };
+    let other = if sync == SyncApi::Two { SyncApi::One } else { SyncApi::Two };
+    let recorded: Vec<&str> = device.take_commands().into_iter().map(|own| own.name).collect();
+    let wrong = OF_BOTH.map(|name| of(other, name));
+    let stray: Vec<_> = recorded.iter().filter(|name| wrong.iter().any(|wrong| wrong == *name)).collect();
+    assert!(stray.is_empty(), "{what}, sync {sync}: {stray:?}");
+    assert!(recorded.contains(&&*of(sync, "vkCmdPipelineBarrier")), "{what}, sync {sync}: {recorded:?}");
+}
+
+/// Whichever renderer of a device was made last, each records its uploads and frames by its own plan's API.
+#[test]
+fn each_renderer_of_a_device_records_by_its_own_api() {
+    on_gpu(|gpu| {
+        let device = &gpu.device;
+        let (_, scene, plain) = frames().swap_remove(0);
+        let settings = |sync: SyncApi| Settings { sync, ..plain.clone() };
+        if plan_for(device, &scene, &settings(SyncApi::Two)).is_err() {
+            println!("NOT RUN: this device has one API of synchronization");
+            return;
+        }
+        let both = [SyncApi::One, SyncApi::Two];
+        let mut renderers = Vec::new();
+        for sync in both.into_iter().chain(both) {
+            assert_recorded_by(sync, device, "uploads", || {
+                let made = Renderer::new(device, &scene, &settings(sync));
+                renderers.push((sync, made.unwrap_or_else(|error| panic!("{error}"))));
+            });
+        }
+        let mut pictures = Vec::new();
+        for turn in 0..2 {
+            for (sync, renderer) in &mut renderers {
+                assert_recorded_by(*sync, device, &format!("frame {turn}"), || {
+                    renderer.render(&scene.camera).unwrap_or_else(|error| panic!("{error}"));
+                    pictures.push(renderer.read_back().unwrap_or_else(|error| panic!("{error}")));
+                });
+            }
+        }
+        pictures.iter().for_each(|own| assert_identical(&pictures[0], own, "in turn"));
     });
 }
 

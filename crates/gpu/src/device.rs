@@ -5,12 +5,12 @@ use std::ffi::{CStr, CString, c_char};
 use std::fmt;
 use std::fs::File;
 use std::io::{Seek as _, SeekFrom, Write as _};
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use ash::vk;
 use ash::vk::Handle;
 
+use super::command::RecordedBy2;
 use super::error::{Doing, Error, Result};
 use super::feature_set::FeatureSet;
 use super::functions::Functions;
@@ -24,7 +24,6 @@ use super::physical::{DeviceChoice, PhysicalDevice, choose};
 use super::pipeline_cache::PipelineCache;
 use super::reuse::Reuse;
 use super::submission::Submissions;
-use super::sync::SyncVersion;
 
 /// The optional features that are enabled: those of the device among the ones that this program has a use for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -185,8 +184,7 @@ pub struct Device {
     /// The optional features that are enabled.
     pub features: EnabledFeatures,
     debug_utils: Option<ash::ext::debug_utils::Device>,
-    /// The API that [`Device::sync`] returns is synchronization2.
-    is_by_2: AtomicBool,
+    pub(super) recorded_by_2: RecordedBy2,
     labels: Mutex<BTreeSet<String>>,
     last_label: Mutex<Option<File>>,
     shaders: Mutex<Option<BTreeMap<String, Vec<u32>>>>,
@@ -242,7 +240,7 @@ impl Device {
             queue_family,
             features,
             debug_utils,
-            is_by_2: AtomicBool::new(false),
+            recorded_by_2: RecordedBy2::default(),
             labels: Mutex::default(),
             last_label: Mutex::default(),
             shaders: Mutex::default(),
@@ -255,23 +253,6 @@ impl Device {
         };
         device.name_object(queue, "queue");
         Ok(Arc::new(device))
-    }
-
-    /// The API by which barriers, submissions and times are recorded.
-    pub fn sync(&self) -> SyncVersion {
-        if self.is_by_2.load(Ordering::Relaxed) { SyncVersion::Two } else { SyncVersion::One }
-    }
-
-    /// Records them by this API from now on. The two may be mixed, so that frames of several plans need not agree.
-    ///
-    /// # Errors
-    /// [`Error::Unsupported`] for an API that the device lacks.
-    pub fn set_sync(&self, version: SyncVersion) -> Result<()> {
-        if version == SyncVersion::Two && !self.features.synchronization2 {
-            return Err(Error::Unsupported(format!("'{}' lacks VK_KHR_synchronization2", self.physical.name)));
-        }
-        self.is_by_2.store(version == SyncVersion::Two, Ordering::Relaxed);
-        Ok(())
     }
 
     /// Names an object for layers and debuggers, where VK_EXT_debug_utils is there.

@@ -126,21 +126,22 @@ impl Device {
     /// As [`Device::submit`].
     pub fn submit_with(&self, cmd: &CommandBuffer, around: &SubmitOptions) -> Result<Ticket> {
         let doing = || format!("submitting '{}'", cmd.name());
-        cmd.submitted_by(|| self.submit_raw(&[cmd.raw], around, doing))
+        cmd.submitted_by(|sync| self.submit_raw((&[cmd.raw], sync), around, doing))
     }
 
-    /// Has the queue wait for a semaphore that something signals, so that it can be signalled again.
+    /// Has the queue wait for a semaphore that something signals, so that it can be signalled again. It takes no command buffer, and the API of Vulkan 1.0.
     ///
     /// # Errors
     /// A lost device; running out of memory.
     pub fn consume(&self, signalled: vk::Semaphore) -> Result<Ticket> {
         let waits = &[(signalled, vk::PipelineStageFlags2::ALL_COMMANDS)];
-        self.submit_raw(&[], &SubmitOptions { waits, ..SubmitOptions::default() }, || "waiting for a semaphore".into())
+        let around = SubmitOptions { waits, ..SubmitOptions::default() };
+        self.submit_raw((&[], SyncVersion::One), &around, || "waiting for a semaphore".into())
     }
 
     fn submit_raw(
         &self,
-        commands: &[vk::CommandBuffer],
+        (commands, sync): (&[vk::CommandBuffer], SyncVersion),
         around: &SubmitOptions,
         doing: impl Fn() -> String,
     ) -> Result<Ticket> {
@@ -158,7 +159,7 @@ impl Device {
         let serial = self.submissions.submitted.fetch_add(1, Ordering::AcqRel) + 1;
         boundary.frame_id = serial;
         let boundary = (self.features.frame_boundary && ends_frame.is_some()).then_some(&mut boundary);
-        let submitted = match self.sync() {
+        let submitted = match sync {
             SyncVersion::One => self.queue_submit(state.queue, commands, around, boundary, fence),
             SyncVersion::Two => self.queue_submit2(state.queue, commands, around, boundary, fence),
         };
@@ -170,7 +171,7 @@ impl Device {
             Err(result) => {
                 state.free.push(fence);
                 self.submissions.note_completed(&state);
-                let command = match self.sync() {
+                let command = match sync {
                     SyncVersion::One => "vkQueueSubmit",
                     SyncVersion::Two => "vkQueueSubmit2",
                 };

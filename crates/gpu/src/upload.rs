@@ -14,7 +14,7 @@ use super::device::Device;
 use super::error::{Error, Result};
 use super::image::{Image, can_blit, format_block};
 use super::memory::{Location, MemoryKind};
-use super::sync::{Dependency, Layouts, Use};
+use super::sync::{Dependency, Layouts, SyncVersion, Use};
 
 /// Copies to buffers and levels of textures; blits to levels.
 pub const COPY_WRITE: Use = Use::new(vk::PipelineStageFlags2::COPY, vk::AccessFlags2::TRANSFER_WRITE);
@@ -40,6 +40,8 @@ pub struct UploadOrder {
     pub written: Option<Dependency>,
     /// The layouts of the textures.
     pub layouts: Layouts,
+    /// The API by which uploads are recorded.
+    pub sync: SyncVersion,
 }
 
 impl UploadOrder {
@@ -63,6 +65,7 @@ impl UploadOrder {
             blitted: order(BLIT_READ, textures),
             written: order(LEVEL_WRITE, textures),
             layouts: Layouts::Optimal,
+            sync: SyncVersion::One,
         }
     }
 }
@@ -331,7 +334,7 @@ impl Uploader {
     fn recording(&mut self) -> Result<vk::CommandBuffer> {
         let slot = &mut self.slots[self.current];
         if !slot.recording {
-            slot.cmd.begin()?;
+            slot.cmd.begin_by(self.order.sync)?;
             slot.recording = true;
             slot.used = 0;
         }
