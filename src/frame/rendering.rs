@@ -12,7 +12,7 @@ use super::render_pass::{PassDescription, SubpassAttachments};
 use super::rows::Row;
 use crate::gpu::barrier::{self, ImageRange};
 use crate::gpu::sync::{Dependency, Use};
-use crate::gpu::{Device, RenderingPlace};
+use crate::gpu::{Device, RenderingPlace, is_depth};
 use crate::passes::Resource;
 
 /// A render pass of the list without an object of Vulkan's.
@@ -37,7 +37,7 @@ pub struct Rendered {
 impl Rendering {
     pub fn new(description: PassDescription) -> Self {
         let all = || description.subpasses.iter();
-        let is_depth = |index: usize| description.attachments[index].1.format == vk::Format::D32_SFLOAT;
+        let is_depth = |index: usize| is_depth(description.attachments[index].1.format);
         let is_resolved_into = |index: usize| all().any(|own| names(&own.resolve, index));
         let indices = || 0..description.attachments.len();
         let is_color = |&index: &usize| !is_depth(index) && !is_resolved_into(index);

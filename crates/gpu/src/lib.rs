@@ -84,7 +84,7 @@ pub use command::CommandBuffer;
 pub use descriptor::{DescriptorPool, SetLayout, SetLayoutBinding, SetWriter, binding};
 #[cfg(feature = "caches")]
 pub use device_file::{decode as decode_device_file, encode as encode_device_file};
-pub use image::{Image, ImageDesc, format_bytes};
+pub use image::{Image, ImageDesc, format_bytes, is_depth};
 #[cfg(feature = "present")]
 pub use image_formats::{ImageFormats, ImageWish, image_formats};
 pub use memory::Location;

@@ -6,6 +6,7 @@ use ash::vk;
 
 use super::device::Device;
 use super::error::{Doing, Error, Result};
+use super::image::is_depth;
 use super::instance::fixed_text;
 use super::owned::Owned;
 use super::sync::{SyncVersion, Use};
@@ -224,8 +225,8 @@ fn create2(
     };
     let attachments: Vec<_> = attachments.iter().map(attachment).collect();
     // An input attachment names its aspect here: that of a layout of depth.
-    let aspect = |index: u32| match attachments.get(index as usize).map(|own| own.format) {
-        Some(vk::Format::D32_SFLOAT) => vk::ImageAspectFlags::DEPTH,
+    let aspect = |index: u32| match attachments.get(index as usize) {
+        Some(own) if is_depth(own.format) => vk::ImageAspectFlags::DEPTH,
         _ => vk::ImageAspectFlags::COLOR,
     };
     let reference = |own: &vk::AttachmentReference| {
