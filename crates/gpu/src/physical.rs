@@ -284,7 +284,8 @@ impl NewerFeatures {
         // resources and single sampled color attachments." (Specification, "Core Revisions".) Lavapipe has the extension, and says by these properties that
         // it cannot do the rest: they are believed where there are any.
         let mut read = Vulkan14Properties::default();
-        (read.local_read_depth, read.local_read_samples) = (vk::TRUE, vk::TRUE);
+        let unasked = can_unasked(api_version).into();
+        (read.local_read_depth, read.local_read_samples) = (unasked, unasked);
         if lists_local_read && api_version.min(instance.api_version) >= API_VERSION_1_4 {
             let mut query = vk::PhysicalDeviceProperties2::default().push_next(&mut read);
             // SAFETY: as above.
@@ -301,6 +302,12 @@ impl NewerFeatures {
             merge_feedback: is_on(merging.subpass_merge_feedback),
         }
     }
+}
+
+/// Whether a device with VK_KHR_dynamic_rendering_local_read reads depth and several samples so where nobody can ask. The extension alone promises both. A device of
+/// Vulkan 1.4 may say that it cannot, but only to an instance of Vulkan 1.4: without its answer it counts as one that cannot.
+fn can_unasked(api_version: u32) -> bool {
+    api_version < API_VERSION_1_4
 }
 
 /// The choice of a device.
@@ -404,6 +411,12 @@ mod tests {
     fn chosen(text: &str) -> Result<usize> {
         let Ok(choice) = text.parse::<DeviceChoice>();
         choose_among(&candidates(), &choice)
+    }
+
+    #[test]
+    fn local_read_of_depth_is_believed_unasked_before_vulkan_1_4_alone() {
+        assert!(can_unasked(vk::API_VERSION_1_1) && can_unasked(vk::make_api_version(0, 1, 3, 309)));
+        assert!(!can_unasked(API_VERSION_1_4) && !can_unasked(vk::make_api_version(0, 1, 4, 309)));
     }
 
     #[test]
