@@ -19,6 +19,7 @@ use super::instrumentation::Instrumentation;
 use super::journal::{Arguments, Command};
 use super::memory::{MemoryAllocator, leak};
 use super::newer::{UNIFIED_LAYOUTS, UnifiedLayoutsFeatures};
+use super::opening::{Opened, open};
 use super::owned::{Registry, RetireQueue};
 use super::physical::{DeviceChoice, PhysicalDevice, choose};
 use super::pipeline_cache::PipelineCache;
@@ -95,11 +96,11 @@ impl EnabledFeatures {
             // A device with this extension has its feature, too.
             maintenance4: has(ash::khr::maintenance4::NAME),
             independent_blend: physical.features.independent_blend == vk::TRUE,
-            synchronization2: physical.newer.synchronization2,
+            synchronization2: physical.newer.synchronization2.is_ok(),
             render_pass2: has(ash::khr::create_renderpass2::NAME),
-            local_read: physical.newer.local_read,
-            unified_layouts: physical.newer.unified_layouts,
-            merge_feedback: physical.newer.merge_feedback && has(ash::khr::create_renderpass2::NAME),
+            local_read: physical.newer.local_read.is_ok(),
+            unified_layouts: physical.newer.unified_layouts.is_ok(),
+            merge_feedback: physical.newer.merge_feedback,
         }
     }
 
@@ -156,6 +157,9 @@ impl EnabledFeatures {
 
 /// The second is a part of Vulkan 1.2, and drivers of that still name it.
 const MUTABLE_SWAPCHAINS: [&CStr; 2] = [ash::khr::swapchain_mutable_format::NAME, ash::khr::image_format_list::NAME];
+
+/// Synchronization2, and the extension by which render passes take its masks.
+pub(super) const SYNCHRONIZATION2: [&CStr; 2] = [ash::khr::synchronization2::NAME, ash::khr::create_renderpass2::NAME];
 
 /// Local read, and the extensions that it needs on Vulkan 1.1.
 pub(super) const LOCAL_READ: [&CStr; 4] = [
@@ -223,8 +227,7 @@ impl Device {
         if let Some(missing) = required.iter().find(|name| !physical.extensions.contains(&*name.to_string_lossy())) {
             return Err(Error::Unsupported(format!("'{}' lacks {}", physical.name, missing.to_string_lossy())));
         }
-        let features = EnabledFeatures::of(&physical, required);
-        let raw = create(instance, &physical, queue_family, &features, required)?;
+        let Opened { raw, physical, features } = open(instance, physical, queue_family, required)?;
         // SAFETY: the device is new; destroyed once, here, if the rest of it cannot be had.
         let memory = MemoryAllocator::new(instance.raw(), &raw, &physical).inspect_err(|_| unsafe {
             raw.destroy_device(None);
@@ -381,7 +384,7 @@ fn c_text(text: &str) -> CString {
     CString::new(until_nul).unwrap_or_default()
 }
 
-fn create(
+pub(super) fn create(
     instance: &Instance,
     physical: &PhysicalDevice,
     queue_family: u32,

@@ -43,6 +43,7 @@ pub mod manifests;
 mod memory;
 mod message;
 mod newer;
+mod opening;
 mod owned;
 mod physical;
 mod pipeline;
@@ -70,7 +71,7 @@ pub use instance::{Instance, InstanceOptions, LayerInfo, LoaderInfo, Validation}
 pub use journal::{Arguments, Barrier, BarrierPart, Command};
 pub use memory::{HeapReport, KindReport, MemoryKind, MemoryReport};
 pub use message::{Message, MessageKind, MessageLog, Severity};
-pub use physical::{DeviceChoice, NewerFeatures, PhysicalDevice, choose};
+pub use physical::{DeviceChoice, Lack, NewerFeatures, PhysicalDevice, Support, choose};
 pub use roadmap::Roadmap;
 pub use submission::SubmitOptions;
 #[cfg(feature = "present")]

@@ -122,7 +122,7 @@ impl Play {
         }
         if let Some(by_2) = &self.by_2 {
             // A device that lacks the API, or does not open with it, draws the same by the other.
-            let has_both = device.features.synchronization2 && device.features.render_pass2;
+            let has_both = device.physical.newer.synchronization2.is_ok();
             let by_2 = if has_both { by_2 } else { &self.settings };
             let mut renderer = Renderer::new(device, &self.scene, by_2)?;
             pictures.push(renderer.picture(&self.scene.camera, || {})?);
