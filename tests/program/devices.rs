@@ -215,6 +215,35 @@ fn a_device_that_breaks_a_promise_draws_without_what_it_promised() {
     assert!(code == Some(2) && refusal.contains("--sync 2") && refusal.contains(fault), "{told}");
 }
 
+/// Vulkan 1.4 lets a device have local read and say that it cannot read depth so. Pictures with positions in the G-buffer are drawn all the same.
+#[test]
+fn a_device_that_reads_no_depth_locally_refuses_what_does_by_that_name() {
+    let stage = LayerSetup::new();
+    let has_local_read = |profile: Option<&str>| {
+        let output = stage.run(profile, &["doctor"]);
+        let told = String::from_utf8_lossy(&output.stdout).into_owned();
+        told.lines().find(|line| line.contains("--passes local-read")).unwrap_or_default().trim().to_owned()
+    };
+    if has_local_read(None).contains("no: ") {
+        println!("NOT RUN: the device below has no local read");
+        return;
+    }
+    let own = has_local_read(Some("no-local-depth"));
+    assert!(own.ends_with("of colour: a G-buffer needs positions"), "{own}");
+    let draw = |more: &[&str]| {
+        let usual = ["render", "builtin:cornell", "--size", "64x36", "--passes", "local-read", "--output", "-"];
+        let output = stage.run(Some("no-local-depth"), &[&usual[..], more].concat());
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    let (code, told) = draw(&["--light-path", "loop"]);
+    assert_eq!(code, Some(2), "{told}");
+    for says in ["LIGHTING reads depth", "dynamicRenderingLocalReadDepthStencilAttachments is false", "float32"] {
+        assert!(told.contains(says), "'{says}' is not in '{told}'");
+    }
+    let (code, told) = draw(&["--light-path", "loop", "--gbuffer", "float32"]);
+    assert_eq!(code, Some(0), "{told}");
+}
+
 /// Pictures are the same where no channel is off by more than a code: other formats of the G-buffer and of light round otherwise.
 fn differs(a: &image::RgbImage, b: &image::RgbImage) -> Option<String> {
     assert_eq!(a.dimensions(), b.dimensions());

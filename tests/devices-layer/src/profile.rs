@@ -23,10 +23,12 @@ pub enum Profile {
     NoGraphics,
     /// The device below as a tiler's driver that tells which subpasses it merges: VK_EXT_subpass_merge_feedback.
     MergeFeedback,
+    /// The device below, which reads attachments locally but for depth (`dynamicRenderingLocalReadDepthStencilAttachments`).
+    NoLocalDepth,
 }
 
 /// The profiles by their words in `AFTERLIGHT_PLAYS`.
-pub const PROFILES: [(&str, Profile); 7] = [
+pub const PROFILES: [(&str, Profile); 8] = [
     ("portability", Profile::Portability),
     ("least", Profile::Least),
     ("phone", Profile::Phone),
@@ -34,6 +36,7 @@ pub const PROFILES: [(&str, Profile); 7] = [
     ("broken-promise", Profile::BrokenPromise),
     ("no-graphics", Profile::NoGraphics),
     ("merge-feedback", Profile::MergeFeedback),
+    ("no-local-depth", Profile::NoLocalDepth),
 ];
 
 /// A multiple of which the strides of vertex bindings are where the portability subset is.
@@ -57,7 +60,7 @@ impl Profile {
             Self::Least => limits::least(),
             Self::Phone => limits::phone(),
             Self::SmallSharedMemory => limits::small_shared_memory(*real),
-            Self::BrokenPromise | Self::NoGraphics | Self::MergeFeedback => *real,
+            Self::BrokenPromise | Self::NoGraphics | Self::MergeFeedback | Self::NoLocalDepth => *real,
         };
         limits::within(played, real)
     }
@@ -76,7 +79,11 @@ impl Profile {
     pub fn features(self, real: &vk::PhysicalDeviceFeatures) -> vk::PhysicalDeviceFeatures {
         let none = vk::PhysicalDeviceFeatures::default();
         match self {
-            Self::SmallSharedMemory | Self::BrokenPromise | Self::NoGraphics | Self::MergeFeedback => *real,
+            Self::SmallSharedMemory
+            | Self::BrokenPromise
+            | Self::NoGraphics
+            | Self::MergeFeedback
+            | Self::NoLocalDepth => *real,
             // Metal has no geometry shaders, wide lines, logic operations or bounds of depth.
             Self::Portability => vk::PhysicalDeviceFeatures {
                 geometry_shader: vk::FALSE,
@@ -114,7 +121,8 @@ impl Profile {
             | Self::SmallSharedMemory
             | Self::BrokenPromise
             | Self::NoGraphics
-            | Self::MergeFeedback => true,
+            | Self::MergeFeedback
+            | Self::NoLocalDepth => true,
             Self::Least => extension == ash::khr::swapchain::NAME,
             Self::Phone => [ash::khr::swapchain::NAME, ash::khr::driver_properties::NAME].contains(&extension),
         }
@@ -139,6 +147,11 @@ impl Profile {
         self == Self::MergeFeedback
     }
 
+    /// Returns true if depth is no attachment that its draws read locally.
+    pub fn reads_no_local_depth(self) -> bool {
+        self == Self::NoLocalDepth
+    }
+
     /// The extension that the played device has whatever the one below has. The device below is opened without it.
     pub fn own_extension(self) -> Option<&'static CStr> {
         match self {
@@ -156,7 +169,8 @@ impl Profile {
             | Self::SmallSharedMemory
             | Self::BrokenPromise
             | Self::NoGraphics
-            | Self::MergeFeedback => real,
+            | Self::MergeFeedback
+            | Self::NoLocalDepth => real,
         }
     }
 
