@@ -13,7 +13,7 @@ use std::time::Instant;
 
 use afterlight::frame::{Pixels, Renderer};
 use afterlight::gpu::barrier::memory_barrier;
-use afterlight::gpu::sync::{Dependency, Use};
+use afterlight::gpu::sync::{Dependency, SyncVersion, Use};
 use afterlight::gpu::{
     Buffer, CommandBuffer, DepthState, Device, DeviceChoice, Framebuffer, GraphicsPipeline, GraphicsPipelineDesc,
     Image, ImageDesc, Instance, InstanceOptions, Location, MemoryKind, MessageKind, Owned, PipelinePlace, RenderPass,
@@ -365,7 +365,12 @@ fn render_pass(device: &Arc<Device>) -> Result<RenderPass> {
             by_region: false,
         },
     ];
-    let parts = RenderPassParts { attachments: &attachments, subpasses: &[subpass], dependencies: &dependencies };
+    let parts = RenderPassParts {
+        sync: SyncVersion::One,
+        attachments: &attachments,
+        subpasses: &[subpass],
+        dependencies: &dependencies,
+    };
     Ok(RenderPass::new(device, "least", parts)?)
 }
 

@@ -52,7 +52,6 @@ impl RendererBuilder {
             false => 1.0,
         };
         let world = World::of(scene, settings, &plan, exposure);
-        device.set_sync(plan.sync)?;
         let scene = match uploaded {
             Some(uploaded) => uploaded,
             None => {

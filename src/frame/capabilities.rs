@@ -4,7 +4,7 @@ use ash::vk;
 
 #[cfg(feature = "caches")]
 use super::calibration::Calibration;
-use crate::gpu::{PhysicalDevice, Queue};
+use crate::gpu::{Lack, PhysicalDevice, Queue};
 use crate::plan::{Capabilities, CostModel, texture_format};
 use crate::scene::{BlockFormat, ColorSpace};
 
@@ -67,9 +67,12 @@ pub fn capabilities(device: &PhysicalDevice) -> Capabilities {
             && limits.max_compute_work_group_invocations >= 128,
         software: device.kind == vk::PhysicalDeviceType::CPU,
         costs: costs(device),
-        synchronization2: device.newer.synchronization2
-            && device.extensions.contains(&*ash::khr::create_renderpass2::NAME.to_string_lossy()),
-        local_read: device.newer.local_read && device.features.independent_blend == vk::TRUE,
+        synchronization2: device.newer.synchronization2,
+        // Draws of one rendering have all of its colour attachments, and each blends as its own pass has it.
+        local_read: device.newer.local_read.and(match device.features.independent_blend {
+            vk::TRUE => Ok(()),
+            _ => Err(Lack::Feature("independentBlend")),
+        }),
         local_read_depth: device.newer.local_read_depth,
         local_read_samples: device.newer.local_read_samples,
         unified_layouts: device.newer.unified_layouts,

@@ -322,8 +322,8 @@ impl Renderer {
             self.poses[self.next].write(&self.world.pose.joints, &self.world.pose.weights)?;
         }
         let frame = &mut self.frames[self.next];
-        frame.cmd.begin()?;
-        frame.before.iter_mut().try_for_each(CommandBuffer::begin)?;
+        frame.cmd.begin_by(self.plan.sync)?;
+        frame.before.iter_mut().try_for_each(|part| part.begin_by(self.plan.sync))?;
         let cmd = frame.cmd.raw;
         let before: Vec<_> = frame.before.iter().map(|part| part.raw).collect();
         let first_of = |queue| frame.before.iter().find(|part| part.queue == queue).map_or(cmd, |part| part.raw);

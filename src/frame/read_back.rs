@@ -35,7 +35,7 @@ impl Renderer {
             return Err(gpu::Error::Misuse("a picture that is shown by a window is read back".into()).into());
         };
         let (cmd, copy) = self.copy.as_mut().expect("made above");
-        cmd.begin()?;
+        cmd.begin_by(self.plan.sync)?;
         copy.record(&self.device, cmd.raw, (output.raw, self.plan.layouts));
         host_barrier(&self.device, cmd.raw, copy, &self.rows);
         cmd.end()?;

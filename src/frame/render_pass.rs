@@ -7,6 +7,7 @@ use ash::vk;
 
 use super::list::{RenderPassName, StepList, Subpass as Listed};
 use super::rows::{self, Row, Rows, SyncKind};
+use crate::gpu::sync::SyncVersion;
 use crate::gpu::{self, Device, MergeFeedback, RenderPass, RenderPassParts, SubpassDesc, SubpassOrder};
 use crate::passes::{PassName, Resource, ResourceUse, UseKind};
 use crate::plan::{FramePlan, Target};
@@ -18,6 +19,8 @@ pub struct PassDescription {
     pub name: RenderPassName,
     /// Vulkan has no object of it: it is recorded as rendering ([`super::rendering`]).
     pub is_rendering: bool,
+    /// The API by which it is made.
+    pub sync: SyncVersion,
     pub attachments: Vec<(Resource, vk::AttachmentDescription)>,
     pub subpasses: Vec<SubpassAttachments>,
     /// Rows of the table, each with the subpasses that it is between.
@@ -164,7 +167,7 @@ impl PassDescription {
         let rows = rows.of(SyncKind::of_pass(plan, name));
         let dependencies = rows.map(|row| (row.clone(), [index(row.from), index(row.to)])).collect();
         let is_rendering = plan.passes == Passes::LocalRead;
-        Self { name, is_rendering, attachments, subpasses, dependencies }
+        Self { name, is_rendering, sync: plan.sync, attachments, subpasses, dependencies }
     }
 
     /// The targets that it draws into, in its order.
@@ -243,7 +246,8 @@ impl PassDescription {
                 by_region: row.by_region,
             })
             .collect();
-        let parts = RenderPassParts { attachments: &attachments, subpasses: &subpasses, dependencies: &dependencies };
+        let (attachments, subpasses, dependencies) = (&attachments, &subpasses, &dependencies);
+        let parts = RenderPassParts { sync: self.sync, attachments, subpasses, dependencies };
         make(&self.name.to_string(), parts)
     }
 }

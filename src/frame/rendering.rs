@@ -12,12 +12,18 @@ use super::render_pass::{PassDescription, SubpassAttachments};
 use super::rows::Row;
 use crate::gpu::barrier::{self, ImageRange};
 use crate::gpu::sync::{Dependency, Use};
-use crate::gpu::{Device, RenderingPlace};
+use crate::gpu::{Device, RenderingPlace, is_depth};
 use crate::passes::Resource;
 
 /// A render pass of the list without an object of Vulkan's.
 pub struct Rendering {
     description: PassDescription,
+    /// The name of the render pass, as the journal of commands has it.
+    name: String,
+    /// The barriers before the rendering, inside it before each subpass, and after it.
+    enter: Vec<RenderingBarrier>,
+    between: Vec<Vec<Dependency>>,
+    leave: Vec<RenderingBarrier>,
     /// The draws of each subpass.
     pub places: Vec<RenderingPlace>,
     /// The indices of the colour attachments among all, or gaps, in the places that [`in_places`] finds.
@@ -37,7 +43,7 @@ pub struct Rendered {
 impl Rendering {
     pub fn new(description: PassDescription) -> Self {
         let all = || description.subpasses.iter();
-        let is_depth = |index: usize| description.attachments[index].1.format == vk::Format::D32_SFLOAT;
+        let is_depth = |index: usize| is_depth(description.attachments[index].1.format);
         let is_resolved_into = |index: usize| all().any(|own| names(&own.resolve, index));
         let indices = || 0..description.attachments.len();
         let is_color = |&index: &usize| !is_depth(index) && !is_resolved_into(index);
@@ -48,7 +54,20 @@ impl Rendering {
             Some((from.attachment as usize, into.attachment as usize))
         });
         let places = all().map(|own| place(&description, own, &colors, depth)).collect();
-        Self { places, colors, depth, resolve, description }
+        let enter = barriers(description.changes_at_the_start(), |index| {
+            [description.attachments[index].1.initial_layout, description.rendering_layout(index)]
+        });
+        let leave = barriers(description.changes_at_the_end(), |index| {
+            [description.rendering_layout(index), description.attachments[index].1.final_layout]
+        });
+        let into = |subpass: u32| {
+            let inside = move |ends: &[u32; 2]| ends[1] == subpass && ends[0] != vk::SUBPASS_EXTERNAL;
+            let rows = description.dependencies.iter().filter(move |(_, ends)| inside(ends));
+            rows.map(|(row, _)| row.order()).collect()
+        };
+        let between = (0..).zip(all()).map(|(index, _)| into(index)).collect();
+        let name = description.name.to_string();
+        Self { name, enter, between, leave, places, colors, depth, resolve, description }
     }
 
     /// Records all of it: barriers, and `draw` for each subpass between them. Images and clear values are those of the attachments in their order.
@@ -60,8 +79,7 @@ impl Rendering {
         subpasses: &[Subpass],
         mut draw: impl FnMut(&Subpass),
     ) {
-        let target = (device, cmd);
-        self.enter(target, images);
+        record_barriers((device, cmd), images, &self.enter);
         let attachment = |index: usize| {
             let (_, own) = self.description.attachments[index];
             let info = vk::RenderingAttachmentInfo::default()
@@ -86,10 +104,10 @@ impl Rendering {
             info = info.depth_attachment(depth);
         }
         // SAFETY: `cmd` is being recorded outside a render pass, and the images are in these layouts: barriers above, or the uses before, have left them so.
-        unsafe { device.raw.begin_rendering(cmd, &self.description.name.to_string(), &info) };
-        for ((index, subpass), place) in (0..).zip(subpasses).zip(&self.places) {
-            for row in self.rows(|ends| ends[1] == index && ends[0] != vk::SUBPASS_EXTERNAL) {
-                barrier::local_barrier(device, cmd, row.order());
+        unsafe { device.raw.begin_rendering(cmd, &self.name, &info) };
+        for ((subpass, place), orders) in subpasses.iter().zip(&self.places).zip(&self.between) {
+            for &order in orders {
+                barrier::local_barrier(device, cmd, order);
             }
             // SAFETY: inside of rendering with as many colour attachments.
             unsafe {
@@ -100,46 +118,33 @@ impl Rendering {
         }
         // SAFETY: begun above, and every draw is recorded.
         unsafe { device.raw.cmd_end_rendering(cmd) };
-        self.leave(target, images);
+        record_barriers((device, cmd), images, &self.leave);
     }
+}
 
-    fn rows(&self, are: impl Fn([u32; 2]) -> bool) -> impl Iterator<Item = &Row> {
-        self.description.dependencies.iter().filter(move |(_, ends)| are(*ends)).map(|(row, _)| row)
-    }
+/// The barriers that carry out one row before or after rendering, with the layouts that change in them by the index of the attachment.
+struct RenderingBarrier {
+    order: Dependency,
+    changed: Vec<(usize, [vk::ImageLayout; 2])>,
+    orders_more: bool,
+}
 
-    /// The barriers before the rendering.
-    fn enter(&self, (device, cmd): (&Device, vk::CommandBuffer), images: &[Rendered]) {
-        let change = |index: usize| {
-            [self.description.attachments[index].1.initial_layout, self.description.rendering_layout(index)]
-        };
-        let changes = self.description.changes_at_the_start();
-        self.carry_out((device, cmd), images, &changes, change);
-    }
+fn barriers(around: Vec<AroundRendering>, change: impl Fn(usize) -> [vk::ImageLayout; 2]) -> Vec<RenderingBarrier> {
+    let barrier = |own: AroundRendering| RenderingBarrier {
+        // A layout changes without a row only where an experiment has dropped that: then nothing orders the change.
+        order: own.row.as_ref().map_or(Dependency::between(Use::START, Use::END), Row::order),
+        changed: own.changed.into_iter().map(|index| (index, change(index))).collect(),
+        orders_more: own.orders_more,
+    };
+    around.into_iter().map(barrier).collect()
+}
 
-    /// The barriers after it.
-    fn leave(&self, (device, cmd): (&Device, vk::CommandBuffer), images: &[Rendered]) {
-        let change = |index: usize| {
-            [self.description.rendering_layout(index), self.description.attachments[index].1.final_layout]
-        };
-        let changes = self.description.changes_at_the_end();
-        self.carry_out((device, cmd), images, &changes, change);
-    }
-
-    fn carry_out(
-        &self,
-        (device, cmd): (&Device, vk::CommandBuffer),
-        images: &[Rendered],
-        barriers: &[AroundRendering],
-        change: impl Fn(usize) -> [vk::ImageLayout; 2],
-    ) {
-        for around in barriers {
-            // A layout changes without a row only where an experiment has dropped that: then nothing orders the change.
-            let order = around.row.as_ref().map_or(Dependency::between(Use::START, Use::END), Row::order);
-            let changed: Vec<_> = around.changed.iter().map(|&index| (images[index].image, change(index))).collect();
-            barrier::image_barriers(device, cmd, &changed, order);
-            if around.orders_more {
-                barrier::memory_barrier(device, cmd, order);
-            }
+fn record_barriers((device, cmd): (&Device, vk::CommandBuffer), images: &[Rendered], barriers: &[RenderingBarrier]) {
+    for RenderingBarrier { order, changed, orders_more } in barriers {
+        let changed: Vec<_> = changed.iter().map(|&(index, layouts)| (images[index].image, layouts)).collect();
+        barrier::image_barriers(device, cmd, &changed, *order);
+        if *orders_more {
+            barrier::memory_barrier(device, cmd, *order);
         }
     }
 }

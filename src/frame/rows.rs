@@ -277,6 +277,8 @@ pub struct Rows {
     rows: Vec<Row>,
     /// The layouts that the frames' images are used in.
     pub layouts: Layouts,
+    /// The API by which the frames and their uploads are recorded.
+    pub sync: SyncVersion,
     /// Frames have a barrier that waits for everything before each render pass and each pass outside of them ([`Rows::with_full_barriers`]).
     pub(super) has_full_barriers: bool,
 }
@@ -376,7 +378,7 @@ impl Rows {
 
 /// The dependencies of the program that evaluates formulas for `afterlight stress`: one dispatch.
 pub fn formulas() -> Rows {
-    Rows { rows: host::formulas().into(), layouts: Layouts::Optimal, has_full_barriers: false }
+    Rows { rows: host::formulas().into(), layouts: Layouts::Optimal, sync: SyncVersion::One, has_full_barriers: false }
 }
 
 /// The dependencies of a plan's frames.
@@ -391,7 +393,7 @@ pub fn table(plan: &FramePlan) -> Rows {
     rows.extend(presentation::rows(plan, &steps));
     rows.extend(host::rows());
     let rows = rows.into_iter().map(|row| row.in_frames_of(plan)).collect();
-    Rows { rows, layouts: plan.layouts, has_full_barriers: false }
+    Rows { rows, layouts: plan.layouts, sync: plan.sync, has_full_barriers: false }
 }
 
 /// The rows between the passes of a frame; a row that is a barrier comes with its place in the list.

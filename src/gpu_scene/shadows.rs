@@ -7,7 +7,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec4};
 
 use crate::gpu::barrier::ImageRange;
-use crate::gpu::sync::{Dependency, Layouts};
+use crate::gpu::sync::{Dependency, Layouts, SyncVersion};
 use crate::gpu::{
     self, Buffer, DescriptorPool, Device, Image, ImageDesc, Location, MemoryKind, Owned, SetLayout, SetWriter, binding,
 };
@@ -58,6 +58,8 @@ pub struct ClearOrder {
     pub clear: Dependency,
     /// The clear, before lookups of the maps.
     pub look_up: Dependency,
+    /// The API by which both are recorded.
+    pub sync: SyncVersion,
 }
 
 /// The same of all images.
@@ -262,7 +264,7 @@ pub mod clear {
         [cleared, readable]: [vk::ImageLayout; 2],
     ) -> gpu::Result<()> {
         let mut cmd = CommandBuffer::new(device, "clear shadow maps")?;
-        cmd.begin()?;
+        cmd.begin_by(order.sync)?;
         barrier::image_barrier(device, cmd.raw, image, order.clear, [vk::ImageLayout::UNDEFINED, cleared]);
         let is_depth = range.aspect_mask == vk::ImageAspectFlags::DEPTH;
         // SAFETY: recording, outside a render pass; the image is in this layout and has the usage.

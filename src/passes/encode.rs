@@ -12,7 +12,7 @@ use super::{
 };
 use crate::gpu::{
     self, DescriptorPool, Device, SetLayout, SetWriter, binding,
-    sync::{Layouts, Use},
+    sync::{Layouts, SyncVersion, Use},
 };
 use crate::plan::{PresentTarget, Transfer};
 use crate::shaders::encode::{self as shader, Flags, constants, host};
@@ -64,8 +64,13 @@ pub struct Encode {
 
 impl Encode {
     /// For images of this format.
-    pub fn new(device: &Arc<Device>, format: vk::Format, transfer: Transfer, layouts: Layouts) -> gpu::Result<Self> {
-        let pass = WindowPass::new(device, "encode", format, vk::AttachmentLoadOp::DONT_CARE, layouts)?;
+    pub fn new(
+        device: &Arc<Device>,
+        format: vk::Format,
+        transfer: Transfer,
+        form: (Layouts, SyncVersion),
+    ) -> gpu::Result<Self> {
+        let pass = WindowPass::new(device, "encode", format, vk::AttachmentLoadOp::DONT_CARE, form)?;
         let set_layout =
             SetLayout::new(device, "encode set layout", &[binding(0, KIND, vk::ShaderStageFlags::FRAGMENT)])?;
         let shader = needed("encode", shader::variant, Flags::NONE)?;
@@ -85,8 +90,8 @@ impl Encode {
     }
 
     /// Returns true if it was made for such images.
-    pub fn is_for(&self, format: vk::Format, transfer: Transfer, layouts: Layouts) -> bool {
-        (self.pass.format, self.transfer, self.pass.layouts) == (format, transfer, layouts)
+    pub fn is_for(&self, format: vk::Format, transfer: Transfer, form: (Layouts, SyncVersion)) -> bool {
+        (self.pass.format, self.transfer, self.pass.layouts, self.pass.sync) == (format, transfer, form.0, form.1)
     }
 
     /// Reads this picture and draws into these images from now on, all of one size.

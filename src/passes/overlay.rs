@@ -17,7 +17,7 @@ use super::{
 use crate::gpu::{
     self, Buffer, DescriptorPool, Device, GraphicsPipeline, GraphicsPipelineDesc, Image, ImageDesc, Location,
     MemoryKind, Owned, OwnedSampler, SetLayout, UploadOrder, Uploader, pipeline_layout,
-    sync::{Layouts, Use},
+    sync::{Layouts, SyncVersion, Use},
 };
 use crate::shaders::overlay::{self as shader, Flags, constants};
 
@@ -131,7 +131,8 @@ impl OverlayPass {
         uploads: UploadOrder,
         in_flight: usize,
     ) -> gpu::Result<Self> {
-        let pass = WindowPass::new(device, "overlay", format, vk::AttachmentLoadOp::LOAD, uploads.layouts)?;
+        let pass =
+            WindowPass::new(device, "overlay", format, vk::AttachmentLoadOp::LOAD, (uploads.layouts, uploads.sync))?;
         let set_layout = SetLayout::new(device, "overlay set layout", &sampled_bindings())?;
         let range =
             vk::PushConstantRange { stage_flags: PUSH_STAGES, offset: 0, size: size_of::<OverlayPush>() as u32 };
@@ -149,9 +150,9 @@ impl OverlayPass {
         })
     }
 
-    /// The format of the images that it draws into, and the layouts of images.
-    pub fn form(&self) -> (vk::Format, Layouts) {
-        (self.pass.format, self.pass.layouts)
+    /// The format of the images that it draws into, the layouts of images, and the API that it is made by.
+    pub fn form(&self) -> (vk::Format, Layouts, SyncVersion) {
+        (self.pass.format, self.pass.layouts, self.pass.sync)
     }
 
     /// Draws into these images from now on.

@@ -7,7 +7,7 @@ use ash::vk;
 use bytemuck::{Pod, Zeroable};
 
 use super::{PassName, needed};
-use crate::gpu::sync::{Dependency, Layouts, Use};
+use crate::gpu::sync::{Dependency, Layouts, SyncVersion, Use};
 use crate::gpu::{
     self, CommandBuffer, DescriptorPool, Device, Image, Owned, SetLayout, SetWriter, ShaderStage, barrier, binding,
     compute_pipeline, pipeline_layout,
@@ -42,6 +42,8 @@ pub struct PrefilterOrder {
     pub readable: Dependency,
     /// The layouts of the images.
     pub layouts: Layouts,
+    /// The API by which it is recorded.
+    pub sync: SyncVersion,
 }
 
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
@@ -131,7 +133,7 @@ pub fn submit(device: &Arc<Device>, sky: &SkyMaps, plan: &SkyPlan, order: Prefil
     let count = works.len() as u32;
     let pool = DescriptorPool::new(device, "prefilter", count, &kinds.map(|kind| (kind, count)))?;
     let mut cmd = CommandBuffer::new(device, "prefilter sky")?;
-    cmd.begin()?;
+    cmd.begin_by(order.sync)?;
     device.begin_label(cmd.raw, "PREFILTER");
     let general = vk::ImageLayout::GENERAL;
     let readable = order.layouts.of(vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL);

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::{FrameContext, Making, PassRecorder, Slot};
-use crate::gpu::sync::Layouts;
+use crate::gpu::sync::{Layouts, SyncVersion};
 use crate::gpu::{
     self, DepthState, DescriptorPool, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, OwnedSampler,
     RecordedPass, RenderPass, RenderPassParts, SetLayout, SetLayoutBinding, SetWriter, ShaderStage, SubpassDesc,
@@ -175,6 +175,8 @@ pub struct WindowPass {
     pub device: Arc<Device>,
     pub format: vk::Format,
     pub layouts: Layouts,
+    /// The API by which its render pass is made.
+    pub sync: SyncVersion,
     pub render_pass: RenderPass,
     pub extent: vk::Extent2D,
     name: &'static str,
@@ -188,7 +190,7 @@ impl WindowPass {
         name: &'static str,
         format: vk::Format,
         load: vk::AttachmentLoadOp,
-        layouts: Layouts,
+        (layouts, sync): (Layouts, SyncVersion),
     ) -> gpu::Result<Self> {
         let layout = layouts.of(vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL);
         let attachment = vk::AttachmentDescription::default()
@@ -202,10 +204,10 @@ impl WindowPass {
             .final_layout(layout);
         let color = [vk::AttachmentReference { attachment: 0, layout }];
         let subpass = SubpassDesc { color: &color, ..SubpassDesc::default() };
-        let parts = RenderPassParts { attachments: &[attachment], subpasses: &[subpass], dependencies: &[] };
+        let parts = RenderPassParts { sync, attachments: &[attachment], subpasses: &[subpass], dependencies: &[] };
         let render_pass = RenderPass::new(device, &format!("{name} pass"), parts)?;
         let (framebuffers, extent) = (Framebuffers(Vec::new()), vk::Extent2D::default());
-        Ok(Self { device: Arc::clone(device), format, layouts, render_pass, extent, name, framebuffers })
+        Ok(Self { device: Arc::clone(device), format, layouts, sync, render_pass, extent, name, framebuffers })
     }
 
     /// Draws into these images from now on, all of one size.

@@ -1,6 +1,7 @@
 //! The device, as far as plans depend on it.
 
 use super::CostModel;
+use crate::gpu::Support;
 use crate::scene::BlockFormat;
 
 /// The device's capabilities that a plan depends on.
@@ -59,15 +60,15 @@ pub struct Capabilities {
     /// The figures that `auto` chooses by.
     pub costs: CostModel,
     /// Barriers, submissions and dependencies of render passes take finer masks.
-    pub synchronization2: bool,
+    pub synchronization2: Support,
     /// Draws outside of render passes read attachments at their own pixel, and blend states may differ from attachment to attachment.
-    pub local_read: bool,
+    pub local_read: Support,
     /// They can read depth.
     pub local_read_depth: bool,
     /// They can read attachments of several samples.
     pub local_read_samples: bool,
     /// Images in GENERAL cost no time.
-    pub unified_layouts: bool,
+    pub unified_layouts: Support,
     /// There is a queue that computes and does not draw, with semaphores that count.
     pub compute_queue: bool,
     /// There is a queue that only copies, likewise.
@@ -108,11 +109,11 @@ impl Capabilities {
             costs: CostModel::GPU,
             compute_invocations: 1024,
             shared_memory: 1 << 15,
-            synchronization2: true,
-            local_read: true,
+            synchronization2: Ok(()),
+            local_read: Ok(()),
             local_read_depth: true,
             local_read_samples: true,
-            unified_layouts: true,
+            unified_layouts: Ok(()),
             compute_queue: true,
             transfer_queue: true,
             bc7: true,

@@ -2,6 +2,7 @@
 //! bytes, and silent layers.
 
 use afterlight::frame::{Renderer, experiment, plan_for, rows};
+use afterlight::gpu::{Device, Support, vk};
 use afterlight::plan::{Variation, samples, variations};
 use afterlight::scene::{
     AmbientOcclusion, Culling, Fog, GbufferPreset, ImageLayouts, LightPath, Passes, Reflections, Scene, Settings,
@@ -78,6 +79,18 @@ fn effects() -> Vec<(&'static str, Scene, Settings)> {
     variations().filter(|variation| !variation.is_alone).enumerate().map(of_one).collect()
 }
 
+/// Whether a device says that it has all of a carrier.
+fn can_carry(device: &Device, settings: &Settings) -> bool {
+    let newer = device.physical.newer;
+    let reads = newer.local_read.is_ok()
+        && device.physical.features.independent_blend == vk::TRUE
+        && (newer.local_read_depth || settings.gbuffer.preset == GbufferPreset::Float32)
+        && (newer.local_read_samples || settings.msaa == 1);
+    (settings.passes != Passes::LocalRead || reads)
+        && (settings.sync == SyncApi::One || newer.synchronization2.is_ok())
+        && (settings.layouts == ImageLayouts::Optimal || newer.unified_layouts.is_ok())
+}
+
 /// Two frames, so that the second one waits for the first.
 fn draw(gpu: &Gpu, scene: &Scene, settings: &Settings) -> afterlight::frame::Picture {
     let mut renderer =
@@ -92,6 +105,8 @@ fn draw(gpu: &Gpu, scene: &Scene, settings: &Settings) -> afterlight::frame::Pic
 fn each_way_to_carry_a_frame_draws_the_same_bytes() {
     on_gpu(|gpu| {
         let mut drawn = 0;
+        // The finest masks, in barriers inside of rendering.
+        let together = (Passes::LocalRead, SyncApi::Two, ImageLayouts::Optimal);
         for (index, (name, scene, mut settings)) in frames().into_iter().chain(effects()).enumerate() {
             // Positions take the place of depth where local read is of colour alone.
             if !gpu.device.physical.newer.local_read_depth && index % 2 == 0 {
@@ -102,10 +117,13 @@ fn each_way_to_carry_a_frame_draws_the_same_bytes() {
                 continue;
             }
             let classic = draw(gpu, &scene, &settings);
-            for (passes, sync, layouts) in crate::common::some_in_turn(&carriers(), index, 3) {
+            let some: Vec<_> = crate::common::some_in_turn(&carriers(), index, 3).collect();
+            let first = (index == 0 && !some.contains(&together)).then_some(together);
+            for (passes, sync, layouts) in first.into_iter().chain(some) {
                 let carried = Settings { passes, sync, layouts, ..settings.clone() };
-                // What a device lacks is refused by name: the test below.
-                if plan_for(&gpu.device, &scene, &carried).is_err() {
+                // What a device lacks is refused by name: the test below. What it has must be drawn.
+                if let Err(refusal) = plan_for(&gpu.device, &scene, &carried) {
+                    assert!(!can_carry(&gpu.device, &carried), "{name}, {passes}, sync {sync}, {layouts}: {refusal}");
                     continue;
                 }
                 let picture = draw(gpu, &scene, &carried);
@@ -145,6 +163,55 @@ fn more_order_draws_the_same_bytes() {
     });
 }
 
+/// The commands that either API has, by the name of the older one. The other adds a 2.
+const OF_BOTH: [&str; 5] =
+    ["vkCmdPipelineBarrier", "vkCmdBeginRenderPass", "vkCmdNextSubpass", "vkCmdEndRenderPass", "vkCmdWriteTimestamp"];
+
+/// Fails unless all commands that `record` records are of this API, and barriers among them.
+fn assert_recorded_by(sync: SyncApi, device: &Device, what: &str, record: impl FnOnce()) {
+    device.keep_commands();
+    record();
+    let of = |sync: SyncApi, name: &str| if sync == SyncApi::Two { format!("{name}2") } else { name.to_owned() };
+    let other = if sync == SyncApi::Two { SyncApi::One } else { SyncApi::Two };
+    let recorded: Vec<&str> = device.take_commands().into_iter().map(|own| own.name).collect();
+    let wrong = OF_BOTH.map(|name| of(other, name));
+    let stray: Vec<_> = recorded.iter().filter(|name| wrong.iter().any(|wrong| wrong == *name)).collect();
+    assert!(stray.is_empty(), "{what}, sync {sync}: {stray:?}");
+    assert!(recorded.contains(&&*of(sync, "vkCmdPipelineBarrier")), "{what}, sync {sync}: {recorded:?}");
+}
+
+/// Whichever renderer of a device was made last, each records its uploads and frames by its own plan's API.
+#[test]
+fn each_renderer_of_a_device_records_by_its_own_api() {
+    on_gpu(|gpu| {
+        let device = &gpu.device;
+        let (_, scene, plain) = frames().swap_remove(0);
+        let settings = |sync: SyncApi| Settings { sync, ..plain.clone() };
+        if plan_for(device, &scene, &settings(SyncApi::Two)).is_err() {
+            println!("NOT RUN: this device has one API of synchronization");
+            return;
+        }
+        let both = [SyncApi::One, SyncApi::Two];
+        let mut renderers = Vec::new();
+        for sync in both.into_iter().chain(both) {
+            assert_recorded_by(sync, device, "uploads", || {
+                let made = Renderer::new(device, &scene, &settings(sync));
+                renderers.push((sync, made.unwrap_or_else(|error| panic!("{error}"))));
+            });
+        }
+        let mut pictures = Vec::new();
+        for turn in 0..2 {
+            for (sync, renderer) in &mut renderers {
+                assert_recorded_by(*sync, device, &format!("frame {turn}"), || {
+                    renderer.render(&scene.camera).unwrap_or_else(|error| panic!("{error}"));
+                    pictures.push(renderer.read_back().unwrap_or_else(|error| panic!("{error}")));
+                });
+            }
+        }
+        pictures.iter().for_each(|own| assert_identical(&pictures[0], own, "in turn"));
+    });
+}
+
 #[test]
 fn what_a_device_lacks_for_a_carrier_is_refused_by_name() {
     on_gpu(|gpu| {
@@ -157,25 +224,27 @@ fn what_a_device_lacks_for_a_carrier_is_refused_by_name() {
         let local = Settings { passes: Passes::LocalRead, ..plain.clone() };
         let by_depth = refused(local.clone());
         match (newer.local_read, newer.local_read_depth) {
-            (false, _) => assert!(by_depth.contains("VK_KHR_dynamic_rendering_local_read"), "{by_depth}"),
-            (true, false) => {
+            (Err(lack), _) => assert!(by_depth.contains(&lack.to_string()), "{by_depth}"),
+            (Ok(()), false) => {
                 let property = "dynamicRenderingLocalReadDepthStencilAttachments";
                 assert!(by_depth.contains(property) && by_depth.contains("LIGHTING"), "{by_depth}");
                 let mut stored = local.clone();
                 stored.gbuffer.preset = GbufferPreset::Float32;
                 assert_eq!(refused(stored), "", "positions are colours");
             }
-            (true, true) => assert_eq!(by_depth, ""),
+            (Ok(()), true) => assert_eq!(by_depth, ""),
         }
         let by_samples = refused(Settings { msaa: 4, ..local });
-        if newer.local_read && newer.local_read_depth && !newer.local_read_samples {
+        if newer.local_read.is_ok() && newer.local_read_depth && !newer.local_read_samples {
             assert!(by_samples.contains("dynamicRenderingLocalReadMultisampledAttachments"), "{by_samples}");
         }
         let by_layouts = refused(Settings { layouts: ImageLayouts::Unified, ..plain.clone() });
-        assert_eq!(by_layouts.is_empty(), newer.unified_layouts, "{by_layouts}");
-        assert!(by_layouts.is_empty() || by_layouts.contains("VK_KHR_unified_image_layouts"), "{by_layouts}");
+        let names = |told: &str, support: Support| match support {
+            Ok(()) => told.is_empty(),
+            Err(lack) => told.contains(&lack.to_string()),
+        };
+        assert!(names(&by_layouts, newer.unified_layouts), "{by_layouts}");
         let by_api = refused(Settings { sync: SyncApi::Two, ..plain });
-        assert_eq!(by_api.is_empty(), newer.synchronization2, "{by_api}");
-        assert!(by_api.is_empty() || by_api.contains("VK_KHR_synchronization2"), "{by_api}");
+        assert!(names(&by_api, newer.synchronization2), "{by_api}");
     });
 }

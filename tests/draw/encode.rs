@@ -2,7 +2,7 @@
 
 use crate::common::gpu::{Gpu, on_gpu};
 use crate::common::hdr::{perceptual_quantizer, to_rec2020};
-use afterlight::gpu::sync::{Dependency, Layouts, Use};
+use afterlight::gpu::sync::{Dependency, Layouts, SyncVersion, Use};
 use afterlight::gpu::{
     self, Buffer, CommandBuffer, Image, ImageDesc, Location, MemoryKind, UploadOrder, Uploader, barrier, vk,
 };
@@ -63,7 +63,7 @@ fn drawn(gpu: &Gpu, transfer: Transfer, format: vk::Format, bytes: u64) -> gpu::
 
     let attached = vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::TRANSFER_SRC;
     let shown = Image::new(device, &desc("shown", format, attached))?;
-    let mut encode = Encode::new(device, format, transfer, Layouts::Optimal)?;
+    let mut encode = Encode::new(device, format, transfer, (Layouts::Optimal, SyncVersion::One))?;
     encode.resize(light.view, &[shown.view], EXTENT)?;
 
     let size = bytes * u64::from(EXTENT.width * EXTENT.height);

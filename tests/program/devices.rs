@@ -188,16 +188,60 @@ impl LayerSetup {
 }
 
 #[test]
-fn a_device_that_breaks_a_promise_and_one_without_graphics_are_refused_in_a_sentence() {
+fn a_device_without_graphics_is_refused_in_a_sentence() {
     let setup = LayerSetup::new();
-    for (profile, says) in
-        [("broken-promise", "VK_KHR_synchronization2"), ("no-graphics", "has no queue for graphics and compute")]
-    {
-        let output = setup.run(Some(profile), &["render", "builtin:triangle", "--size", "16x9", "--output", "-"]);
-        let told = String::from_utf8_lossy(&output.stderr);
-        assert!(!output.status.success() && told.contains(says), "{profile}: {told}");
-        assert_eq!(told.trim().lines().count(), 1, "{told}");
+    let output = setup.run(Some("no-graphics"), &["render", "builtin:triangle", "--size", "16x9", "--output", "-"]);
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert!(!output.status.success() && told.contains("has no queue for graphics and compute"), "{told}");
+    assert_eq!(told.trim().lines().count(), 1, "{told}");
+}
+
+/// It lists an extension and does not open with it: frames are drawn without, and only what needs it is refused.
+#[test]
+fn a_device_that_breaks_a_promise_draws_without_what_it_promised() {
+    let stage = LayerSetup::new();
+    let draw = |profile: Option<&str>, more: &[&str]| {
+        let usual = ["render", "builtin:cornell", "--size", "64x36", "--validate", "--output", "-"];
+        let output = stage.run(profile, &[&usual[..], more].concat());
+        (output.status.code(), output.stdout, String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    let fault = "lists VK_KHR_synchronization2 and does not open with it, a fault of its driver or of a layer";
+    let ((code, picture, told), (_, real, _)) = (draw(Some("broken-promise"), &[]), draw(None, &[]));
+    assert!(code == Some(0) && picture == real, "{told}");
+    let warnings: Vec<&str> = told.lines().filter(|line| line.starts_with("warning: ")).collect();
+    assert!(warnings.len() == 1 && warnings[0].contains(fault), "{told}");
+    let (code, _, told) = draw(Some("broken-promise"), &["--sync", "2"]);
+    let refusal = told.lines().last().unwrap_or_default();
+    assert!(code == Some(2) && refusal.contains("--sync 2") && refusal.contains(fault), "{told}");
+}
+
+/// Vulkan 1.4 lets a device have local read and say that it cannot read depth so. Pictures with positions in the G-buffer are drawn all the same.
+#[test]
+fn a_device_that_reads_no_depth_locally_refuses_what_does_by_that_name() {
+    let stage = LayerSetup::new();
+    let has_local_read = |profile: Option<&str>| {
+        let output = stage.run(profile, &["doctor"]);
+        let told = String::from_utf8_lossy(&output.stdout).into_owned();
+        told.lines().find(|line| line.contains("--passes local-read")).unwrap_or_default().trim().to_owned()
+    };
+    if has_local_read(None).contains("no: ") {
+        println!("NOT RUN: the device below has no local read");
+        return;
     }
+    let own = has_local_read(Some("no-local-depth"));
+    assert!(own.ends_with("of colour: a G-buffer needs positions"), "{own}");
+    let draw = |more: &[&str]| {
+        let usual = ["render", "builtin:cornell", "--size", "64x36", "--passes", "local-read", "--output", "-"];
+        let output = stage.run(Some("no-local-depth"), &[&usual[..], more].concat());
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    let (code, told) = draw(&["--light-path", "loop"]);
+    assert_eq!(code, Some(2), "{told}");
+    for says in ["LIGHTING reads depth", "dynamicRenderingLocalReadDepthStencilAttachments is false", "float32"] {
+        assert!(told.contains(says), "'{says}' is not in '{told}'");
+    }
+    let (code, told) = draw(&["--light-path", "loop", "--gbuffer", "float32"]);
+    assert_eq!(code, Some(0), "{told}");
 }
 
 /// Pictures are the same where no channel is off by more than a code: other formats of the G-buffer and of light round otherwise.

@@ -12,7 +12,7 @@ use crate::common::program::program;
 const SIZE: [&str; 4] = ["--size", "64x36", "--shadow-size", "64"];
 
 /// Frames that together have every kind of pass that a picture can have but SPLIT, OVERLAY, PRESENT and ENCODE, which a window records.
-const FRAMES: [&[&str]; 11] = [
+const FRAMES: [&[&str]; 12] = [
     &["builtin:hall"],
     &["builtin:hall", "--ao", "bitmask"],
     &["builtin:hall", "--reflections", "screen"],
@@ -20,6 +20,7 @@ const FRAMES: [&[&str]; 11] = [
     &["builtin:hall", "--light-path", "compute"],
     &["builtin:hall", "--light-path", "per-light", "--fxaa", "on", "--vignette", "0.5"],
     &["builtin:hall", "--msaa", "4"],
+    &["builtin:hall", "--sync", "2"],
     &["assets/gallery/particles.toml", "--fog", "froxels"],
     &["builtin:layers", "--transparency", "oit"],
     &["builtin:field?objects=400&detail=8&lights=16", "--culling", "gpu"],

@@ -4,7 +4,7 @@
 use std::error::Error as StdError;
 use std::sync::Arc;
 
-use afterlight::gpu::sync::{Dependency, Use};
+use afterlight::gpu::sync::{Dependency, SyncVersion, Use};
 use afterlight::gpu::upload::COPY_WRITE;
 use afterlight::gpu::{
     Buffer, CommandBuffer, Device, DeviceChoice, Image, ImageDesc, Instance, InstanceOptions, Location, MemoryKind,
@@ -63,7 +63,12 @@ fn draw_and_copy(device: &Arc<Device>, depth_first: bool) -> Result<(), Box<dyn 
     let copy_read = Use::new(S::TRANSFER, A::TRANSFER_READ);
     let color_to_copy = leaving(Use::new(S::COLOR_ATTACHMENT_OUTPUT, A::COLOR_ATTACHMENT_WRITE), copy_read);
     let dependencies = if depth_first { [depth_to_tests, color_to_copy] } else { [color_to_copy, depth_to_tests] };
-    let parts = RenderPassParts { attachments: &attachments, subpasses: &[subpass], dependencies: &dependencies };
+    let parts = RenderPassParts {
+        sync: SyncVersion::One,
+        attachments: &attachments,
+        subpasses: &[subpass],
+        dependencies: &dependencies,
+    };
     let pass = RenderPass::new(device, "two ways out", parts)?;
     let target = framebuffer(device, "two ways out", pass.raw, &[color.view, depth.view], EXTENT)?;
 

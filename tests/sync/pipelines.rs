@@ -1,7 +1,7 @@
 //! Pipelines of shaders that are written by hand, drawn and read back.
 
 use super::gpu::{HOST_READ, TestResult, read_level, texture_desc, with_device};
-use afterlight::gpu::sync::{Dependency, Use};
+use afterlight::gpu::sync::{Dependency, SyncVersion, Use};
 use afterlight::gpu::{
     self, Buffer, CommandBuffer, DescriptorPool, Device, Framebuffer, GraphicsPipeline, GraphicsPipelineDesc, Image,
     ImageDesc, Location, MemoryKind, PipelinePlace, RenderPass, RenderPassParts, SetLayout, SetWriter, ShaderStage,
@@ -203,7 +203,12 @@ fn red_pass(device: &Arc<Device>, image: &Image) -> gpu::Result<(RenderPass, Fra
         .final_layout(layout);
     let color = [vk::AttachmentReference { attachment: 0, layout }];
     let subpasses = [SubpassDesc { color: &color, ..SubpassDesc::default() }];
-    let parts = RenderPassParts { attachments: &[attachment], subpasses: &subpasses, dependencies: &[] };
+    let parts = RenderPassParts {
+        sync: SyncVersion::One,
+        attachments: &[attachment],
+        subpasses: &subpasses,
+        dependencies: &[],
+    };
     let pass = RenderPass::new(device, "red", parts)?;
     let framebuffer = gpu::framebuffer(device, "red", pass.raw, &[image.view], SIZE)?;
     Ok((pass, framebuffer))

@@ -170,11 +170,11 @@ pub fn hand_over(
     }
 }
 
-/// The one place where barriers are recorded, by the API of the device's choice. All of them have the masks of `order`.
+/// The one place where barriers are recorded, by the API of the command buffer's recording. All of them have the masks of `order`.
 fn record(device: &Device, cmd: vk::CommandBuffer, order: Dependency, mut barriers: Barriers<'_>) {
     let Use { stage: from, access: available } = order.before;
     let Use { stage: to, access: visible } = order.after;
-    let is_by_2 = device.sync() == SyncVersion::Two;
+    let is_by_2 = device.sync_of(cmd) == SyncVersion::Two;
     let name = if is_by_2 { "vkCmdPipelineBarrier2" } else { "vkCmdPipelineBarrier" };
     device.raw.journal.note(cmd, name, |names| barriers.arguments(order, names));
     if is_by_2 {

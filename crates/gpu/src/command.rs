@@ -1,6 +1,7 @@
 //! Command buffers, each with a pool of its own: recorded by one thread, and recorded anew when the GPU is done.
 
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::collections::HashSet;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock};
 
 use ash::vk;
 
@@ -9,6 +10,7 @@ use super::error::{Doing, Error, Result};
 use super::owned::Owned;
 use super::queues::Queue;
 use super::submission::Ticket;
+use super::sync::SyncVersion;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Phase {
@@ -22,6 +24,8 @@ enum Phase {
 #[derive(Clone, Copy, Debug)]
 struct RecordingState {
     phase: Phase,
+    /// The API that the recording and its submissions use.
+    sync: SyncVersion,
     last: Option<Ticket>,
 }
 
@@ -70,16 +74,27 @@ impl CommandBuffer {
             return Err(Error::vulkan("vkAllocateCommandBuffers", doing(), vk::Result::ERROR_UNKNOWN));
         };
         device.name_object(raw, name);
-        Ok(CommandBuffer { raw, pool, queue, state: Mutex::new(RecordingState { phase: Phase::Empty, last: None }) })
+        let state = RecordingState { phase: Phase::Empty, sync: SyncVersion::One, last: None };
+        Ok(CommandBuffer { raw, pool, queue, state: Mutex::new(state) })
     }
 
-    /// Starts recording, from nothing. If it was submitted, waits for that to be done first.
+    /// Starts recording by the API of Vulkan 1.0, from nothing. If it was submitted, waits for that to be done first.
     ///
     /// # Errors
     /// A lost device; running out of memory; [`Error::Misuse`] if it is being recorded already.
     pub fn begin(&mut self) -> Result<()> {
+        self.begin_by(SyncVersion::One)
+    }
+
+    /// As [`CommandBuffer::begin`], with barriers, render passes and times by this API, and submissions as well. Other recordings on the device keep their own:
+    /// Vulkan lets a program mix the two.
+    ///
+    /// # Errors
+    /// As [`CommandBuffer::begin`], and [`Error::Unsupported`] for an API that the device lacks.
+    pub fn begin_by(&mut self, sync: SyncVersion) -> Result<()> {
         let doing = || format!("beginning to record '{}'", self.pool.name());
         let device = self.pool.device();
+        device.check_sync(sync)?;
         let mut state = self.lock();
         if state.phase == Phase::Recording {
             return Err(Error::Misuse(format!("'{}' is being recorded already", self.pool.name())));
@@ -95,7 +110,8 @@ impl CommandBuffer {
         // SAFETY: the command buffer has just been reset.
         unsafe { device.raw.begin_command_buffer(self.raw, &vk::CommandBufferBeginInfo::default()) }
             .doing("vkBeginCommandBuffer", doing)?;
-        state.phase = Phase::Recording;
+        (state.phase, state.sync) = (Phase::Recording, sync);
+        device.recorded_by_2.note(self.raw, sync);
         Ok(())
     }
 
@@ -127,8 +143,8 @@ impl CommandBuffer {
         self.pool.name()
     }
 
-    /// Runs `submit` when the recording is whole and not under way, and keeps its ticket.
-    pub(super) fn submitted_by(&self, submit: impl FnOnce() -> Result<Ticket>) -> Result<Ticket> {
+    /// Runs `submit` with the recording's API when the recording is whole and not under way, and keeps its ticket.
+    pub(super) fn submitted_by(&self, submit: impl FnOnce(SyncVersion) -> Result<Ticket>) -> Result<Ticket> {
         let mut state = self.lock();
         if state.phase != Phase::Recorded {
             return Err(Error::Misuse(format!("'{}' is submitted, but not recorded", self.pool.name())));
@@ -136,12 +152,54 @@ impl CommandBuffer {
         if let Some(last) = state.last {
             self.pool.device().wait(last)?;
         }
-        let ticket = submit()?;
+        let ticket = submit(state.sync)?;
         state.last = Some(ticket);
         Ok(ticket)
     }
 
     fn lock(&self) -> MutexGuard<'_, RecordingState> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Drop for CommandBuffer {
+    fn drop(&mut self) {
+        self.pool.device().recorded_by_2.note(self.raw, SyncVersion::One);
+    }
+}
+
+/// The command buffers whose recordings use synchronization2: all others use the API of Vulkan 1.0.
+///
+/// Passes and barriers know the handle that they record into, and several renderers of one device record at the same time, each by its own plan's API.
+#[derive(Default)]
+pub(super) struct RecordedBy2(RwLock<HashSet<vk::CommandBuffer>>);
+
+impl RecordedBy2 {
+    fn note(&self, cmd: vk::CommandBuffer, sync: SyncVersion) {
+        let mut all = self.0.write().unwrap_or_else(PoisonError::into_inner);
+        match sync {
+            SyncVersion::One => all.remove(&cmd),
+            SyncVersion::Two => all.insert(cmd),
+        };
+    }
+}
+
+impl Device {
+    /// The API of this command buffer's recording.
+    pub(super) fn sync_of(&self, cmd: vk::CommandBuffer) -> SyncVersion {
+        match self.recorded_by_2.0.read().unwrap_or_else(PoisonError::into_inner).contains(&cmd) {
+            true => SyncVersion::Two,
+            false => SyncVersion::One,
+        }
+    }
+
+    /// Refuses an API that the device lacks, so that none of its functions is called.
+    pub(super) fn check_sync(&self, sync: SyncVersion) -> Result<()> {
+        let lacks = |extension: &str| Err(Error::Unsupported(format!("'{}' lacks {extension}", self.physical.name)));
+        match sync {
+            SyncVersion::Two if !self.features.synchronization2 => lacks("VK_KHR_synchronization2"),
+            SyncVersion::Two if !self.features.render_pass2 => lacks("VK_KHR_create_renderpass2"),
+            _ => Ok(()),
+        }
     }
 }

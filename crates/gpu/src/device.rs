@@ -5,12 +5,12 @@ use std::ffi::{CStr, CString, c_char};
 use std::fmt;
 use std::fs::File;
 use std::io::{Seek as _, SeekFrom, Write as _};
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use ash::vk;
 use ash::vk::Handle;
 
+use super::command::RecordedBy2;
 use super::error::{Doing, Error, Result};
 use super::feature_set::FeatureSet;
 use super::functions::Functions;
@@ -19,13 +19,13 @@ use super::instrumentation::Instrumentation;
 use super::journal::{Arguments, Command};
 use super::memory::{MemoryAllocator, leak};
 use super::newer::{UNIFIED_LAYOUTS, UnifiedLayoutsFeatures};
+use super::opening::{Opened, open};
 use super::owned::{Registry, RetireQueue};
 use super::physical::{DeviceChoice, PhysicalDevice, choose};
 use super::pipeline_cache::PipelineCache;
 use super::queues::Queue;
 use super::reuse::Reuse;
 use super::submission::{CountingQueue, Submissions};
-use super::sync::SyncVersion;
 
 /// The optional features that are enabled: those of the device among the ones that this program has a use for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -99,12 +99,12 @@ impl EnabledFeatures {
             // A device with this extension has its feature, too.
             maintenance4: has(ash::khr::maintenance4::NAME),
             independent_blend: physical.features.independent_blend == vk::TRUE,
-            synchronization2: physical.newer.synchronization2,
+            synchronization2: physical.newer.synchronization2.is_ok(),
             render_pass2: has(ash::khr::create_renderpass2::NAME),
-            local_read: physical.newer.local_read,
-            unified_layouts: physical.newer.unified_layouts,
+            local_read: physical.newer.local_read.is_ok(),
+            unified_layouts: physical.newer.unified_layouts.is_ok(),
             other_queues: [Queue::Compute, Queue::Transfer].into_iter().any(|own| physical.family_of(own).is_some()),
-            merge_feedback: physical.newer.merge_feedback && has(ash::khr::create_renderpass2::NAME),
+            merge_feedback: physical.newer.merge_feedback,
         }
     }
 
@@ -163,6 +163,9 @@ impl EnabledFeatures {
 /// The second is a part of Vulkan 1.2, and drivers of that still name it.
 const MUTABLE_SWAPCHAINS: [&CStr; 2] = [ash::khr::swapchain_mutable_format::NAME, ash::khr::image_format_list::NAME];
 
+/// Synchronization2, and the extension by which render passes take its masks.
+pub(super) const SYNCHRONIZATION2: [&CStr; 2] = [ash::khr::synchronization2::NAME, ash::khr::create_renderpass2::NAME];
+
 /// Local read, and the extensions that it needs on Vulkan 1.1.
 pub(super) const LOCAL_READ: [&CStr; 4] = [
     ash::khr::dynamic_rendering_local_read::NAME,
@@ -190,8 +193,7 @@ pub struct Device {
     /// The optional features that are enabled.
     pub features: EnabledFeatures,
     debug_utils: Option<ash::ext::debug_utils::Device>,
-    /// The API that [`Device::sync`] returns is synchronization2.
-    is_by_2: AtomicBool,
+    pub(super) recorded_by_2: RecordedBy2,
     labels: Mutex<BTreeSet<String>>,
     last_label: Mutex<Option<File>>,
     shaders: Mutex<Option<BTreeMap<String, Vec<u32>>>>,
@@ -230,8 +232,7 @@ impl Device {
         if let Some(missing) = required.iter().find(|name| !physical.extensions.contains(&*name.to_string_lossy())) {
             return Err(Error::Unsupported(format!("'{}' lacks {}", physical.name, missing.to_string_lossy())));
         }
-        let features = EnabledFeatures::of(&physical, required);
-        let raw = create(instance, &physical, queue_family, &features, required)?;
+        let Opened { raw, physical, features } = open(instance, physical, queue_family, required)?;
         // SAFETY: the device is new; destroyed once, here, if the rest of it cannot be had.
         let memory = MemoryAllocator::new(instance.raw(), &raw, &physical).inspect_err(|_| unsafe {
             raw.destroy_device(None);
@@ -249,7 +250,7 @@ impl Device {
             queue_family,
             features,
             debug_utils,
-            is_by_2: AtomicBool::new(false),
+            recorded_by_2: RecordedBy2::default(),
             labels: Mutex::default(),
             last_label: Mutex::default(),
             shaders: Mutex::default(),
@@ -268,23 +269,6 @@ impl Device {
                 .for_each(|count| device.name_object(count, &format!("count of the {}", queue.name())));
         }
         Ok(Arc::new(device))
-    }
-
-    /// The API by which barriers, submissions and times are recorded.
-    pub fn sync(&self) -> SyncVersion {
-        if self.is_by_2.load(Ordering::Relaxed) { SyncVersion::Two } else { SyncVersion::One }
-    }
-
-    /// Records them by this API from now on. The two may be mixed, so that frames of several plans need not agree.
-    ///
-    /// # Errors
-    /// [`Error::Unsupported`] for an API that the device lacks.
-    pub fn set_sync(&self, version: SyncVersion) -> Result<()> {
-        if version == SyncVersion::Two && !self.features.synchronization2 {
-            return Err(Error::Unsupported(format!("'{}' lacks VK_KHR_synchronization2", self.physical.name)));
-        }
-        self.is_by_2.store(version == SyncVersion::Two, Ordering::Relaxed);
-        Ok(())
     }
 
     /// Names an object for layers and debuggers, where VK_EXT_debug_utils is there.
@@ -437,7 +421,7 @@ fn open_queues(raw: &ash::Device, physical: &PhysicalDevice, first: u32) -> Resu
     Ok(opened)
 }
 
-fn create(
+pub(super) fn create(
     instance: &Instance,
     physical: &PhysicalDevice,
     queue_family: u32,

@@ -46,10 +46,8 @@ impl Functions {
     /// # Safety
     /// As the function of the extension.
     pub(super) unsafe fn pipeline_barrier2(&self, cmd: vk::CommandBuffer, info: &vk::DependencyInfo<'_>) {
-        if let Some(functions) = &self.synchronization2 {
-            // SAFETY: the caller's promise.
-            unsafe { functions.cmd_pipeline_barrier2(cmd, info) };
-        }
+        // SAFETY: the caller's promise.
+        unsafe { enabled(&self.synchronization2, "vkCmdPipelineBarrier2").cmd_pipeline_barrier2(cmd, info) };
     }
 
     /// Records `vkCmdBeginRendering`. Vulkan has no object for it: the journal has this name, as that of a render pass.
@@ -59,17 +57,15 @@ impl Functions {
     pub unsafe fn begin_rendering(&self, cmd: vk::CommandBuffer, name: &str, info: &vk::RenderingInfo<'_>) {
         let arguments = || Arguments::objects([name.to_owned()]).numbers(rectangle(info.render_area));
         self.journal.note(cmd, "vkCmdBeginRendering", |_| arguments());
-        if let Some(functions) = &self.rendering {
-            // SAFETY: the caller's promise.
-            unsafe { functions.cmd_begin_rendering(cmd, info) };
-        }
+        // SAFETY: the caller's promise.
+        unsafe { enabled(&self.rendering, "vkCmdBeginRendering").cmd_begin_rendering(cmd, info) };
     }
 
     /// Submits by `vkQueueSubmit2`. Only on a device with synchronization2.
     ///
     /// # Safety
     /// As the function of the extension.
-    pub(super) unsafe fn queue_submit2(
+    pub unsafe fn queue_submit2(
         &self,
         queue: vk::Queue,
         submits: &[vk::SubmitInfo2<'_>],
@@ -96,6 +92,14 @@ impl Functions {
             None => Err(vk::Result::ERROR_EXTENSION_NOT_PRESENT),
         }
     }
+}
+
+/// The functions of an extension, one of which is about to be called. A device without it never comes here: plans that need it are refused, and so is a recording
+/// by an API that the device lacks (`CommandBuffer::begin_by`). A call that did nothing would be a frame without its barriers, so the mistake ends the program.
+fn enabled<'a, F>(functions: &'a Option<F>, command: &str) -> &'a F {
+    functions
+        .as_ref()
+        .unwrap_or_else(|| panic!("{command} is called on a device that was opened without its extension"))
 }
 
 impl Deref for Functions {
@@ -128,8 +132,7 @@ macro_rules! noted {
     };
 }
 
-/// Declares the same for functions of extensions, each with the field that has it. On a device without the extension they record nothing: plans that use them are
-/// refused there.
+/// Declares the same for functions of extensions, each with the field that has it.
 macro_rules! noted_of_extensions {
     ($($c_name:literal $field:ident.$name:ident($($argument:ident: $type:ty),*), $names:ident => $arguments:expr;)*) => {
         impl Functions {$(
@@ -138,7 +141,7 @@ macro_rules! noted_of_extensions {
             /// # Safety
             /// As the function of the extension.
             pub unsafe fn $name(&self, cmd: vk::CommandBuffer $(, $argument: $type)*) {
-                let Some(functions) = &self.$field else { return };
+                let functions = enabled(&self.$field, $c_name);
                 self.journal.note(cmd, $c_name, |$names| $arguments);
                 // SAFETY: the caller's promise.
                 unsafe { functions.$name(cmd $(, $argument)*) }

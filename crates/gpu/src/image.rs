@@ -219,15 +219,7 @@ impl Image {
 
     /// Every aspect of the format, as barriers need them.
     pub fn all_aspects(&self) -> vk::ImageAspectFlags {
-        use vk::ImageAspectFlags as Aspect;
-        match self.format {
-            vk::Format::D16_UNORM | vk::Format::X8_D24_UNORM_PACK32 | vk::Format::D32_SFLOAT => Aspect::DEPTH,
-            vk::Format::S8_UINT => Aspect::STENCIL,
-            vk::Format::D16_UNORM_S8_UINT | vk::Format::D24_UNORM_S8_UINT | vk::Format::D32_SFLOAT_S8_UINT => {
-                Aspect::DEPTH | Aspect::STENCIL
-            }
-            _ => Aspect::COLOR,
-        }
+        aspects_of(self.format)
     }
 
     /// Width and height of a mip level in texels.
@@ -235,6 +227,24 @@ impl Image {
         let shrunk = |size: u32| size.checked_shr(level).unwrap_or(0).max(1);
         vk::Extent2D { width: shrunk(self.extent.width), height: shrunk(self.extent.height) }
     }
+}
+
+/// Every aspect of a format.
+pub fn aspects_of(format: vk::Format) -> vk::ImageAspectFlags {
+    use vk::ImageAspectFlags as Aspect;
+    match format {
+        vk::Format::D16_UNORM | vk::Format::X8_D24_UNORM_PACK32 | vk::Format::D32_SFLOAT => Aspect::DEPTH,
+        vk::Format::S8_UINT => Aspect::STENCIL,
+        vk::Format::D16_UNORM_S8_UINT | vk::Format::D24_UNORM_S8_UINT | vk::Format::D32_SFLOAT_S8_UINT => {
+            Aspect::DEPTH | Aspect::STENCIL
+        }
+        _ => Aspect::COLOR,
+    }
+}
+
+/// Returns true if attachments of this format are tested and written as depth.
+pub fn is_depth(format: vk::Format) -> bool {
+    aspects_of(format).contains(vk::ImageAspectFlags::DEPTH)
 }
 
 impl Drop for Image {

@@ -43,6 +43,7 @@ pub mod manifests;
 mod memory;
 mod message;
 mod newer;
+mod opening;
 mod owned;
 mod physical;
 mod pipeline;
@@ -71,7 +72,7 @@ pub use instance::{Instance, InstanceOptions, LayerInfo, LoaderInfo, Validation}
 pub use journal::{Arguments, Barrier, BarrierPart, Command};
 pub use memory::{HeapReport, KindReport, MemoryKind, MemoryReport};
 pub use message::{Message, MessageKind, MessageLog, Severity};
-pub use physical::{DeviceChoice, NewerFeatures, PhysicalDevice, choose};
+pub use physical::{DeviceChoice, Lack, NewerFeatures, PhysicalDevice, Support, choose};
 pub use roadmap::Roadmap;
 pub use submission::{Part, PartWait, SubmitOptions};
 #[cfg(feature = "present")]
@@ -85,7 +86,7 @@ pub use command::CommandBuffer;
 pub use descriptor::{DescriptorPool, SetLayout, SetLayoutBinding, SetWriter, binding};
 #[cfg(feature = "caches")]
 pub use device_file::{decode as decode_device_file, encode as encode_device_file};
-pub use image::{Image, ImageDesc, format_bytes};
+pub use image::{Image, ImageDesc, format_bytes, is_depth};
 #[cfg(feature = "present")]
 pub use image_formats::{ImageFormats, ImageWish, image_formats};
 pub use memory::Location;

@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::device::LOCAL_READ;
+use super::device::{LOCAL_READ, SYNCHRONIZATION2};
 use super::error::{Doing, Error, Result};
 use super::instance::{InstanceHandles, fixed_text};
 use super::newer::{API_VERSION_1_4, UNIFIED_LAYOUTS, UnifiedLayoutsFeatures, Vulkan14Properties};
@@ -51,8 +51,10 @@ pub struct PhysicalDevice {
     pub newer: NewerFeatures,
     /// Memory types and heaps.
     pub memory: vk::PhysicalDeviceMemoryProperties,
-    /// The device extensions.
+    /// The device extensions, but for those of `broken`.
     pub extensions: BTreeSet<String>,
+    /// Extensions that the device lists and that it does not open with. Empty before it was opened.
+    pub broken: Vec<&'static CStr>,
     /// The first queue family that does graphics and compute, if there is one.
     pub queue_family: Option<u32>,
     /// The number of valid bits in that family's timestamps; 0: it writes none.
@@ -106,6 +108,7 @@ impl PhysicalDevice {
             newer: NewerFeatures::query(instance, raw, properties.api_version, &extensions),
             memory,
             extensions,
+            broken: Vec::new(),
             queue_family: family.and_then(|index| u32::try_from(index).ok()),
             timestamp_valid_bits: family.map_or(0, |index| families[index].timestamp_valid_bits),
             families: QueueFamilies::of(&families),
@@ -166,6 +169,25 @@ impl PhysicalDevice {
     pub fn has_lazily_allocated_memory(&self) -> bool {
         let types = self.memory.memory_types_as_slice().iter();
         types.into_iter().any(|kind| kind.property_flags.contains(vk::MemoryPropertyFlags::LAZILY_ALLOCATED))
+    }
+
+    /// The device as one that does not list this extension: it does not open with it.
+    pub(super) fn without(mut self, name: &'static CStr) -> PhysicalDevice {
+        self.extensions.remove(&*name.to_string_lossy());
+        self.newer = self.newer.without(name);
+        self.non_uniform_textures &= name != ash::ext::descriptor_indexing::NAME;
+        self.broken.push(name);
+        self
+    }
+
+    /// The extensions that the device does not open with, in a sentence; `None` where it keeps its promises.
+    pub fn fault(&self) -> Option<String> {
+        let names: Vec<_> = self.broken.iter().map(|name| name.to_string_lossy()).collect();
+        let (names, one) = (names.join(", "), if names.len() == 1 { "it" } else { "all of them" });
+        let name = &self.name;
+        (!self.broken.is_empty()).then(|| {
+            format!("'{name}' lists {names} and does not open with {one}, a fault of its driver or of a layer: it is used without")
+        })
     }
 
     /// Why this program cannot use the device, if it cannot.
@@ -233,23 +255,53 @@ fn indexes_textures(
         && indexing.shader_sampled_image_array_non_uniform_indexing == vk::TRUE
 }
 
+/// The requirement of a newer API that a device does not meet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lack {
+    /// An extension that it does not list.
+    Extension(&'static CStr),
+    /// A feature that it says it does not have.
+    Feature(&'static str),
+    /// An extension that it lists and does not open with.
+    Broken(&'static CStr),
+}
+
+impl fmt::Display for Lack {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Lack::Extension(name) => write!(f, "this device lacks {}", name.to_string_lossy()),
+            Lack::Feature(name) => write!(f, "this device lacks the feature {name}"),
+            Lack::Broken(name) => {
+                let name = name.to_string_lossy();
+                write!(f, "this device lists {name} and does not open with it, a fault of its driver or of a layer")
+            }
+        }
+    }
+}
+
+/// A newer API of a device, or the first requirement that is missing.
+pub type Support = Result<(), Lack>;
+
 /// The features of Vulkan 1.3 and 1.4 that frames may use, as extensions.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+///
+/// A device counts as one that has them only where it lists the extensions by name, also from the version on that has them in its core: their functions are loaded by
+/// the extensions' names, and `ash` does not know those of Vulkan 1.4. Drivers of such versions list the extensions still.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NewerFeatures {
-    /// VK_KHR_synchronization2.
-    pub synchronization2: bool,
+    /// VK_KHR_synchronization2, and VK_KHR_create_renderpass2 for its masks in render passes.
+    pub synchronization2: Support,
     /// VK_KHR_dynamic_rendering_local_read, with all that it needs.
-    pub local_read: bool,
+    pub local_read: Support,
     /// Depth can be read so (`dynamicRenderingLocalReadDepthStencilAttachments`).
     pub local_read_depth: bool,
     /// And attachments of several samples (`dynamicRenderingLocalReadMultisampledAttachments`).
     pub local_read_samples: bool,
     /// VK_KHR_unified_image_layouts.
-    pub unified_layouts: bool,
+    pub unified_layouts: Support,
     /// VK_EXT_subpass_merge_feedback.
     pub merge_feedback: bool,
     /// VK_KHR_timeline_semaphore.
-    pub timeline_semaphore: bool,
+    pub timeline_semaphore: Support,
 }
 
 impl NewerFeatures {
@@ -261,7 +313,7 @@ impl NewerFeatures {
     ) -> NewerFeatures {
         // The calls themselves are of Vulkan 1.1.
         if api_version < vk::API_VERSION_1_1 {
-            return NewerFeatures::default();
+            return NewerFeatures::none();
         }
         let has = |name: &CStr| extensions.contains(&*name.to_string_lossy());
         let mut synchronization2 = vk::PhysicalDeviceSynchronization2Features::default();
@@ -294,24 +346,75 @@ impl NewerFeatures {
         // resources and single sampled color attachments." (Specification, "Core Revisions".) Lavapipe has the extension, and says by these properties that
         // it cannot do the rest: they are believed where there are any.
         let mut read = Vulkan14Properties::default();
-        (read.local_read_depth, read.local_read_samples) = (vk::TRUE, vk::TRUE);
+        let unasked = can_unasked(api_version).into();
+        (read.local_read_depth, read.local_read_samples) = (unasked, unasked);
         if lists_local_read && api_version.min(instance.api_version) >= API_VERSION_1_4 {
             let mut query = vk::PhysicalDeviceProperties2::default().push_next(&mut read);
             // SAFETY: as above.
             unsafe { instance.raw.get_physical_device_properties2(raw, &mut query) };
         }
         let is_on = |feature: vk::Bool32| feature == vk::TRUE;
-        let reads = is_on(rendering.dynamic_rendering) && is_on(local_read.dynamic_rendering_local_read);
+        let listed = |names: &[&'static CStr]| match names.iter().find(|name| !has(name)) {
+            Some(&name) => Err(Lack::Extension(name)),
+            None => Ok(()),
+        };
+        let on = |feature, name| if is_on(feature) { Ok(()) } else { Err(Lack::Feature(name)) };
+        let local_read = listed(&LOCAL_READ)
+            .and_then(|()| on(local_read.dynamic_rendering_local_read, "dynamicRenderingLocalRead"))
+            .and_then(|()| on(rendering.dynamic_rendering, "dynamicRendering"));
         NewerFeatures {
-            synchronization2: is_on(synchronization2.synchronization2),
-            local_read: reads,
-            local_read_depth: reads && is_on(read.local_read_depth),
-            local_read_samples: reads && is_on(read.local_read_samples),
-            unified_layouts: is_on(unified.unified_image_layouts),
-            merge_feedback: is_on(merging.subpass_merge_feedback),
-            timeline_semaphore: is_on(timeline.timeline_semaphore),
+            synchronization2: listed(&SYNCHRONIZATION2)
+                .and_then(|()| on(synchronization2.synchronization2, "synchronization2")),
+            local_read,
+            local_read_depth: local_read.is_ok() && is_on(read.local_read_depth),
+            local_read_samples: local_read.is_ok() && is_on(read.local_read_samples),
+            unified_layouts: listed(&[UNIFIED_LAYOUTS])
+                .and_then(|()| on(unified.unified_image_layouts, "unifiedImageLayouts")),
+            merge_feedback: is_on(merging.subpass_merge_feedback) && has(ash::khr::create_renderpass2::NAME),
+            timeline_semaphore: listed(&[ash::khr::timeline_semaphore::NAME])
+                .and_then(|()| on(timeline.timeline_semaphore, "timelineSemaphore")),
         }
     }
+
+    /// Features of a device without extensions.
+    fn none() -> Self {
+        Self {
+            synchronization2: Err(Lack::Extension(SYNCHRONIZATION2[0])),
+            local_read: Err(Lack::Extension(LOCAL_READ[0])),
+            local_read_depth: false,
+            local_read_samples: false,
+            unified_layouts: Err(Lack::Extension(UNIFIED_LAYOUTS)),
+            merge_feedback: false,
+            timeline_semaphore: Err(Lack::Extension(ash::khr::timeline_semaphore::NAME)),
+        }
+    }
+
+    /// The features of a device that does not open with this extension.
+    fn without(mut self, name: &'static CStr) -> Self {
+        let broken = Err(Lack::Broken(name));
+        if SYNCHRONIZATION2.contains(&name) {
+            self.synchronization2 = self.synchronization2.and(broken);
+        }
+        if LOCAL_READ.contains(&name) {
+            self.local_read = self.local_read.and(broken);
+            (self.local_read_depth, self.local_read_samples) = (false, false);
+        }
+        if name == UNIFIED_LAYOUTS {
+            self.unified_layouts = self.unified_layouts.and(broken);
+        }
+        if name == ash::khr::timeline_semaphore::NAME {
+            self.timeline_semaphore = self.timeline_semaphore.and(broken);
+        }
+        let of_merging = [ash::ext::subpass_merge_feedback::NAME, ash::khr::create_renderpass2::NAME];
+        self.merge_feedback &= !of_merging.contains(&name);
+        self
+    }
+}
+
+/// Whether a device with VK_KHR_dynamic_rendering_local_read reads depth and several samples so where nobody can ask. The extension alone promises both. A device of
+/// Vulkan 1.4 may say that it cannot, but only to an instance of Vulkan 1.4: without its answer it counts as one that cannot.
+fn can_unasked(api_version: u32) -> bool {
+    api_version < API_VERSION_1_4
 }
 
 /// The choice of a device.
@@ -415,6 +518,35 @@ mod tests {
     fn chosen(text: &str) -> Result<usize> {
         let Ok(choice) = text.parse::<DeviceChoice>();
         choose_among(&candidates(), &choice)
+    }
+
+    #[test]
+    fn local_read_of_depth_is_believed_unasked_before_vulkan_1_4_alone() {
+        assert!(can_unasked(vk::API_VERSION_1_1) && can_unasked(vk::make_api_version(0, 1, 3, 309)));
+        assert!(!can_unasked(API_VERSION_1_4) && !can_unasked(vk::make_api_version(0, 1, 4, 309)));
+    }
+
+    #[test]
+    fn a_device_that_does_not_open_with_an_extension_lacks_what_needs_it_and_says_so() {
+        let all = NewerFeatures {
+            synchronization2: Ok(()),
+            local_read: Ok(()),
+            local_read_depth: true,
+            local_read_samples: true,
+            unified_layouts: Ok(()),
+            merge_feedback: true,
+            timeline_semaphore: Ok(()),
+        };
+        let (sync, pass2) = (ash::khr::synchronization2::NAME, ash::khr::create_renderpass2::NAME);
+        assert_eq!(all.without(sync), NewerFeatures { synchronization2: Err(Lack::Broken(sync)), ..all });
+        let without = all.without(pass2);
+        let broken = Err(Lack::Broken(pass2));
+        let (depth, samples) = (without.local_read_depth, without.local_read_samples);
+        assert_eq!((without.synchronization2, without.local_read, depth, samples), (broken, broken, false, false));
+        assert!(!without.merge_feedback && without.unified_layouts.is_ok());
+        assert!(Lack::Broken(sync).to_string().contains("lists VK_KHR_synchronization2 and does not open with it"));
+        // It never had them.
+        assert_eq!(NewerFeatures::none().without(pass2), NewerFeatures::none());
     }
 
     #[test]

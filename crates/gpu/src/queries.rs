@@ -65,7 +65,7 @@ impl Timestamps {
         let raw = &device.raw;
         // SAFETY: as in `reset`; the query has been reset and not been written since.
         unsafe {
-            match device.sync() {
+            match device.sync_of(cmd) {
                 SyncVersion::One => {
                     let stage = Use::new(stage, vk::AccessFlags2::empty()).masks().0;
                     raw.cmd_write_timestamp(cmd, stage, self.pool.raw, index);

@@ -75,7 +75,7 @@ impl PhysicalDevice {
     /// The family of a queue, where the device has both.
     pub fn family_of(&self, queue: Queue) -> Option<u32> {
         // Another queue is of no use without semaphores that count.
-        let other = |family: Option<u32>| family.filter(|_| self.newer.timeline_semaphore);
+        let other = |family: Option<u32>| family.filter(|_| self.newer.timeline_semaphore.is_ok());
         match queue {
             Queue::Graphics => self.queue_family,
             Queue::Compute => other(self.families.compute),

@@ -6,6 +6,7 @@ use ash::vk;
 
 use super::device::Device;
 use super::error::{Doing, Error, Result};
+use super::image::is_depth;
 use super::instance::fixed_text;
 use super::owned::Owned;
 use super::sync::{SyncVersion, Use};
@@ -53,6 +54,8 @@ impl SubpassOrder {
 /// The parts of a render pass, whose subpasses are all graphics.
 #[derive(Clone, Copy, Debug)]
 pub struct RenderPassParts<'a> {
+    /// The API by which the render pass is made.
+    pub sync: SyncVersion,
     /// The attachments that subpasses refer to by their index.
     pub attachments: &'a [vk::AttachmentDescription],
     /// The subpasses in their order.
@@ -92,18 +95,19 @@ impl RenderPass {
     ///
     /// # Errors
     /// [`Error::TooLarge`] for more colour attachments in a subpass, or more input attachments, than the device has;
-    /// running out of memory.
+    /// [`Error::Unsupported`] for an API that it lacks; running out of memory.
     pub fn new(device: &Arc<Device>, name: &str, parts: RenderPassParts<'_>) -> Result<RenderPass> {
         parts.check(device, name)?;
-        let raw = match device.sync() {
-            SyncVersion::One => create(device, parts),
-            SyncVersion::Two => create2(device, parts, SyncVersion::Two, None),
+        device.check_sync(parts.sync)?;
+        let (command, raw) = match parts.sync {
+            SyncVersion::One => ("vkCreateRenderPass", create(device, parts)),
+            SyncVersion::Two => ("vkCreateRenderPass2", create2(device, parts, SyncVersion::Two, None)),
         };
-        let raw = raw.doing("vkCreateRenderPass", || format!("creating the render pass '{name}'"))?;
+        let raw = raw.doing(command, || format!("creating the render pass '{name}'"))?;
         // Render passes are compatible if they differ in layouts, loads and stores only; telling apart those that differ there costs little.
         // Layer 1.3.239 takes two that were made by the two APIs for incompatible: of the second it does not see the masks.
-        let RenderPassParts { attachments, subpasses, dependencies } = parts;
-        device.reuse.note(raw, (device.sync(), attachments, subpasses, dependencies));
+        let RenderPassParts { sync, attachments, subpasses, dependencies } = parts;
+        device.reuse.note(raw, (sync, attachments, subpasses, dependencies));
         Ok(Owned::new_from(device, name, raw))
     }
 
@@ -160,7 +164,7 @@ impl RenderPassParts<'_> {
 
 /// By Vulkan 1.0.
 fn create(device: &Device, parts: RenderPassParts<'_>) -> ash::prelude::VkResult<vk::RenderPass> {
-    let RenderPassParts { attachments, subpasses, dependencies } = parts;
+    let RenderPassParts { attachments, subpasses, dependencies, .. } = parts;
     let descriptions: Vec<vk::SubpassDescription<'_>> = subpasses
         .iter()
         .map(|subpass| {
@@ -207,7 +211,7 @@ fn create2(
     masks: SyncVersion,
     feedback: Option<&mut FeedbackPlaces>,
 ) -> ash::prelude::VkResult<vk::RenderPass> {
-    let RenderPassParts { attachments, subpasses, dependencies } = parts;
+    let RenderPassParts { attachments, subpasses, dependencies, .. } = parts;
     let attachment = |own: &vk::AttachmentDescription| {
         vk::AttachmentDescription2::default()
             .format(own.format)
@@ -221,8 +225,8 @@ fn create2(
     };
     let attachments: Vec<_> = attachments.iter().map(attachment).collect();
     // An input attachment names its aspect here: that of a layout of depth.
-    let aspect = |index: u32| match attachments.get(index as usize).map(|own| own.format) {
-        Some(vk::Format::D32_SFLOAT) => vk::ImageAspectFlags::DEPTH,
+    let aspect = |index: u32| match attachments.get(index as usize) {
+        Some(own) if is_depth(own.format) => vk::ImageAspectFlags::DEPTH,
         _ => vk::ImageAspectFlags::COLOR,
     };
     let reference = |own: &vk::AttachmentReference| {
@@ -301,7 +305,7 @@ fn create2(
     unsafe { device.raw.create_render_pass2(&info) }
 }
 
-/// A render pass that is being recorded, by the API of the device's choice.
+/// A render pass that is being recorded, by the API of the command buffer's recording.
 pub struct RecordedPass<'a> {
     device: &'a Device,
     cmd: vk::CommandBuffer,
@@ -311,7 +315,7 @@ pub struct RecordedPass<'a> {
 impl<'a> RecordedPass<'a> {
     /// Begins the render pass. The command buffer is recording outside of render passes, and pass and framebuffer belong together.
     pub fn begin(device: &'a Device, cmd: vk::CommandBuffer, begin: &vk::RenderPassBeginInfo<'_>) -> Self {
-        let version = device.sync();
+        let version = device.sync_of(cmd);
         let raw = &device.raw;
         // SAFETY: as promised.
         unsafe {

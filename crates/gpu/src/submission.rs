@@ -122,7 +122,7 @@ impl QueueState {
 fn submitted_by(parts: &[Part<'_>], submit: &dyn Fn() -> Result<Ticket>) -> Result<Ticket> {
     match parts {
         [] => submit(),
-        [first, rest @ ..] => first.cmd.submitted_by(|| submitted_by(rest, submit)),
+        [first, rest @ ..] => first.cmd.submitted_by(|_| submitted_by(rest, submit)),
     }
 }
 
@@ -208,21 +208,22 @@ impl Device {
     /// As [`Device::submit`].
     pub fn submit_with(&self, cmd: &CommandBuffer, around: &SubmitOptions) -> Result<Ticket> {
         let doing = || format!("submitting '{}'", cmd.name());
-        submitted_by(around.parts, &|| cmd.submitted_by(|| self.submit_raw(&[cmd.raw], around, doing)))
+        submitted_by(around.parts, &|| cmd.submitted_by(|sync| self.submit_raw((&[cmd.raw], sync), around, doing)))
     }
 
-    /// Has the queue wait for a semaphore that something signals, so that it can be signalled again.
+    /// Has the queue wait for a semaphore that something signals, so that it can be signalled again. It takes no command buffer, and the API of Vulkan 1.0.
     ///
     /// # Errors
     /// A lost device; running out of memory.
     pub fn consume(&self, signalled: vk::Semaphore) -> Result<Ticket> {
         let waits = &[(signalled, vk::PipelineStageFlags2::ALL_COMMANDS)];
-        self.submit_raw(&[], &SubmitOptions { waits, ..SubmitOptions::default() }, || "waiting for a semaphore".into())
+        let around = SubmitOptions { waits, ..SubmitOptions::default() };
+        self.submit_raw((&[], SyncVersion::One), &around, || "waiting for a semaphore".into())
     }
 
     fn submit_raw(
         &self,
-        commands: &[vk::CommandBuffer],
+        (commands, sync): (&[vk::CommandBuffer], SyncVersion),
         around: &SubmitOptions,
         doing: impl Fn() -> String,
     ) -> Result<Ticket> {
@@ -247,11 +248,11 @@ impl Device {
         for (part, (queue, waits, signals)) in around.parts.iter().zip(raws) {
             let commands = &[part.cmd.raw];
             submitted = submitted
-                .and_then(|()| self.submit_batch(Batch { queue, commands, waits, signals, fence: none }, None));
+                .and_then(|()| self.submit_batch(sync, Batch { queue, commands, waits, signals, fence: none }, None));
         }
         let (queue, waits, signals) = last;
-        let submitted =
-            submitted.and_then(|()| self.submit_batch(Batch { queue, commands, waits, signals, fence }, boundary));
+        let submitted = submitted
+            .and_then(|()| self.submit_batch(sync, Batch { queue, commands, waits, signals, fence }, boundary));
         match submitted {
             Ok(()) => {
                 state.pending.push_back((serial, Arc::new(fence)));
@@ -265,7 +266,7 @@ impl Device {
                 }
                 state.free.push(fence);
                 self.submissions.note_completed(&state);
-                let command = match self.sync() {
+                let command = match sync {
                     SyncVersion::One => "vkQueueSubmit",
                     SyncVersion::Two => "vkQueueSubmit2",
                 };
@@ -300,10 +301,11 @@ impl Device {
 
     fn submit_batch(
         &self,
+        sync: SyncVersion,
         batch: Batch<'_>,
         boundary: Option<&mut vk::FrameBoundaryEXT<'_>>,
     ) -> ash::prelude::VkResult<()> {
-        match self.sync() {
+        match sync {
             SyncVersion::One => self.queue_submit(&batch, boundary),
             SyncVersion::Two => self.queue_submit2(&batch, boundary),
         }

@@ -16,7 +16,7 @@ use super::image::{Image, can_blit, format_block};
 use super::memory::{Location, MemoryKind};
 use super::queues::Queue;
 use super::submission::{Part, SubmitOptions};
-use super::sync::{Dependency, Layouts, Use};
+use super::sync::{Dependency, Layouts, SyncVersion, Use};
 
 /// Copies to buffers and levels of textures; blits to levels.
 pub const COPY_WRITE: Use = Use::new(vk::PipelineStageFlags2::COPY, vk::AccessFlags2::TRANSFER_WRITE);
@@ -42,6 +42,8 @@ pub struct UploadOrder {
     pub written: Option<Dependency>,
     /// The layouts of the textures.
     pub layouts: Layouts,
+    /// The API by which uploads are recorded.
+    pub sync: SyncVersion,
     /// Copies are made on the transfer queue; all else on the one that reads the data.
     pub handover: Option<UploadHandover>,
 }
@@ -76,6 +78,7 @@ impl UploadOrder {
             blitted: order(BLIT_READ, textures),
             written: order(LEVEL_WRITE, textures),
             layouts: Layouts::Optimal,
+            sync: SyncVersion::One,
             handover: None,
         }
     }
@@ -353,9 +356,9 @@ impl Uploader {
     fn recording(&mut self) -> Result<vk::CommandBuffer> {
         let slot = &mut self.slots[self.current];
         if !slot.recording {
-            slot.cmd.begin()?;
+            slot.cmd.begin_by(self.order.sync)?;
             if let Some(after) = &mut slot.after {
-                after.begin()?;
+                after.begin_by(self.order.sync)?;
             }
             slot.recording = true;
             slot.used = 0;

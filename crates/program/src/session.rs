@@ -61,6 +61,10 @@ fn observe_with<T>(
     let device = Device::with_extensions(&instance, &choice, of_device).inspect(|device| {
         heard.device = Some(device.physical.name.clone());
         tracing::info!("drawing on {:?}, driver {}", device.physical, device.physical.driver_name);
+        if let Some(fault) = device.physical.fault() {
+            // Standard error takes it, or nobody can be told.
+            let _ = output::print(&format!("warning: {fault}\n"), true);
+        }
     });
     let outcome = device.map_err(Failure::from).and_then(work);
     drop(instance);

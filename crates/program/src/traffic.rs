@@ -6,7 +6,7 @@ use std::sync::Arc;
 use afterlight::frame::render_pass::PassDescription;
 use afterlight::frame::rows::Resource;
 use afterlight::frame::rows::Rows;
-use afterlight::gpu::{self, Device, format_bytes, vk};
+use afterlight::gpu::{self, Device, format_bytes, is_depth, vk};
 use afterlight::plan::FramePlan;
 use serde::Serialize;
 
@@ -65,8 +65,7 @@ impl PassTraffic {
             used.first().copied().zip(used.last().copied())
         };
         let live = |subpass: usize| -> u32 {
-            let colors =
-                pass.attachments.iter().enumerate().filter(|(_, (_, own))| own.format != vk::Format::D32_SFLOAT);
+            let colors = pass.attachments.iter().enumerate().filter(|(_, (_, own))| !is_depth(own.format));
             let alive = colors
                 .filter(|&(index, _)| users(index).is_some_and(|(first, last)| (first..=last).contains(&subpass)));
             alive.map(|(_, (_, own))| 8 * texel(own) as u32).sum()

@@ -132,7 +132,7 @@ impl Presenter {
     ) -> Result<(), Error> {
         let (Some(renderer), Some(swapchain)) = (&self.renderer, &self.swapchain) else { return Ok(()) };
         let image = &swapchain.images[index];
-        again.cmd.begin()?;
+        again.cmd.begin_by(renderer.plan.sync)?;
         let encoded = encoded_image(renderer, self.beside_kept.as_ref());
         let shown = encoded.map_or(image.raw, |own| own.raw);
         renderer.frame.present_again(&self.device, again.cmd.raw, (shown, swapchain.extent));

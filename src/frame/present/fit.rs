@@ -213,10 +213,9 @@ impl Presenter {
         let encoded = encoded_image(renderer, self.beside_kept.as_ref());
         let over = Over::of(renderer, encoded, swapchain, self.desc.images);
         // Taken out first: an overlay that could not be fitted is gone, and not drawn with.
-        let overlay = self
-            .overlay
-            .take()
-            .filter(|own| own.form() == (over.format, over.uploads.layouts) && self.changed.is_none());
+        let overlay = self.overlay.take().filter(|own| {
+            own.form() == (over.format, over.uploads.layouts, over.uploads.sync) && self.changed.is_none()
+        });
         if let Some(mut overlay) = overlay {
             overlay.resize(&over.views, over.extent)?;
             self.overlay = Some(overlay);
@@ -224,10 +223,10 @@ impl Presenter {
         let before = self.encode.take().filter(|_| self.changed.is_none());
         let (Some(picture), Some(encoding)) = (encoded, renderer.plan.encoding) else { return Ok(()) };
         let (format, transfer) = (swapchain.formats.drawn, encoding.transfer);
-        let layouts = renderer.plan.layouts;
-        let mut encode = match before.filter(|before| before.is_for(format, transfer, layouts)) {
+        let form = (renderer.plan.layouts, renderer.plan.sync);
+        let mut encode = match before.filter(|before| before.is_for(format, transfer, form)) {
             Some(before) => before,
-            None => Encode::new(&self.device, format, transfer, layouts)?,
+            None => Encode::new(&self.device, format, transfer, form)?,
         };
         encode.resize(picture.view, &swapchain.views(), swapchain.extent)?;
         self.encode = Some(encode);

@@ -35,6 +35,6 @@ impl Rows {
     pub(in crate::frame) fn prefilter_order(&self) -> Option<PrefilterOrder> {
         let begin = self.find(RowName::SKY_LIGHT_TO_PREFILTER)?.order();
         let readable = self.find(RowName::PREFILTER_TO_LIGHTING)?.order();
-        Some(PrefilterOrder { begin, readable, layouts: self.layouts })
+        Some(PrefilterOrder { begin, readable, layouts: self.layouts, sync: self.sync })
     }
 }

@@ -240,6 +240,7 @@ impl Rows {
             first: order(RowName::PANEL_TO_COPY),
             written: order(RowName::UPLOAD_TO_PANELS),
             layouts: self.layouts,
+            sync: self.sync,
             ..UploadOrder::default()
         }
     }

@@ -95,7 +95,8 @@ impl Rows {
     /// The rows that the images are made with; `None` without shadow maps.
     pub(in crate::frame) fn clear_orders(&self) -> Option<ClearOrders> {
         let order = |[before, after]: ClearRows| {
-            Some(ClearOrder { clear: self.find(before)?.order(), look_up: self.find(after)?.order() })
+            let (clear, look_up) = (self.find(before)?.order(), self.find(after)?.order());
+            Some(ClearOrder { clear, look_up, sync: self.sync })
         };
         Some(ClearOrders { maps: order(OF_MAPS)?, tints: order(OF_TINTS), layouts: self.layouts })
     }

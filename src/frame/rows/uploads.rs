@@ -88,6 +88,7 @@ impl Rows {
             blitted: order(RowName::BLIT_TO_TEXTURES),
             written: order(RowName::UPLOAD_TO_TEXTURES),
             layouts: self.layouts,
+            sync: self.sync,
             handover: self.upload_handover(),
         }
     }

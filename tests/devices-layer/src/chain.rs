@@ -125,6 +125,18 @@ pub unsafe fn play_features(profile: Profile, structure: NonNull<vk::BaseOutStru
     }
 }
 
+/// `VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_4_PROPERTIES`, which `ash` does not know.
+const VULKAN_1_4_PROPERTIES: i32 = 56;
+
+/// The begin of `VkPhysicalDeviceVulkan14Properties`.
+#[repr(C)]
+struct Vulkan14Properties {
+    head: vk::BaseOutStructure<'static>,
+    before: [u32; 4],
+    local_read_depth: vk::Bool32,
+    local_read_samples: vk::Bool32,
+}
+
 /// Lowers limits of structures that a device below has filled in.
 ///
 /// # Safety
@@ -146,6 +158,12 @@ pub unsafe fn play_properties(profile: Profile, structure: NonNull<vk::BaseOutSt
     }
     if profile.is_of_vulkan_1_1() {
         for_each_of!(structure, [vk::PhysicalDeviceMaintenance3Properties<'static>], lower);
+    }
+    // SAFETY: as of `for_each_of`.
+    if profile.reads_no_local_depth() && unsafe { structure.as_ref() }.s_type.as_raw() == VULKAN_1_4_PROPERTIES {
+        // SAFETY: as of `for_each_of`; the structure begins so.
+        let own = unsafe { structure.cast::<Vulkan14Properties>().as_mut() };
+        (own.local_read_depth, own.local_read_samples) = (vk::FALSE, vk::TRUE);
     }
 }
 
@@ -197,6 +215,21 @@ mod tests {
         let none = vk::PhysicalDeviceFeatures::default();
         let last = vk::PhysicalDeviceFeatures { inherited_queries: vk::TRUE, ..none };
         assert!(exceeds(&last, &none) && !exceeds(&none, &last) && !exceeds(&last, &last));
+    }
+
+    #[test]
+    fn depth_alone_is_taken_from_the_properties_of_local_read() {
+        let head = vk::BaseOutStructure {
+            s_type: vk::StructureType::from_raw(VULKAN_1_4_PROPERTIES),
+            p_next: std::ptr::null_mut(),
+            _marker: std::marker::PhantomData,
+        };
+        let mut own =
+            Vulkan14Properties { head, before: [7; 4], local_read_depth: vk::TRUE, local_read_samples: vk::FALSE };
+        let structure = NonNull::from(&mut own).cast::<vk::BaseOutStructure<'static>>();
+        // SAFETY: the structure is this test's own.
+        unsafe { play_properties(Profile::NoLocalDepth, structure) };
+        assert_eq!((own.before, own.local_read_depth, own.local_read_samples), ([7; 4], vk::FALSE, vk::TRUE));
     }
 
     #[test]

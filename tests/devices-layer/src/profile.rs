@@ -25,10 +25,12 @@ pub enum Profile {
     MergeFeedback,
     /// The device below with three queue families: for graphics, for compute and for transfers.
     Queues,
+    /// The device below, which reads attachments locally but for depth (`dynamicRenderingLocalReadDepthStencilAttachments`).
+    NoLocalDepth,
 }
 
 /// The profiles by their words in `AFTERLIGHT_PLAYS`.
-pub const PROFILES: [(&str, Profile); 8] = [
+pub const PROFILES: [(&str, Profile); 9] = [
     ("portability", Profile::Portability),
     ("least", Profile::Least),
     ("phone", Profile::Phone),
@@ -37,6 +39,7 @@ pub const PROFILES: [(&str, Profile); 8] = [
     ("no-graphics", Profile::NoGraphics),
     ("merge-feedback", Profile::MergeFeedback),
     ("queues", Profile::Queues),
+    ("no-local-depth", Profile::NoLocalDepth),
 ];
 
 /// A multiple of which the strides of vertex bindings are where the portability subset is.
@@ -60,7 +63,7 @@ impl Profile {
             Self::Least => limits::least(),
             Self::Phone => limits::phone(),
             Self::SmallSharedMemory => limits::small_shared_memory(*real),
-            Self::BrokenPromise | Self::NoGraphics | Self::MergeFeedback | Self::Queues => *real,
+            Self::BrokenPromise | Self::NoGraphics | Self::MergeFeedback | Self::Queues | Self::NoLocalDepth => *real,
         };
         limits::within(played, real)
     }
@@ -79,9 +82,12 @@ impl Profile {
     pub fn features(self, real: &vk::PhysicalDeviceFeatures) -> vk::PhysicalDeviceFeatures {
         let none = vk::PhysicalDeviceFeatures::default();
         match self {
-            Self::SmallSharedMemory | Self::BrokenPromise | Self::NoGraphics | Self::MergeFeedback | Self::Queues => {
-                *real
-            }
+            Self::SmallSharedMemory
+            | Self::BrokenPromise
+            | Self::NoGraphics
+            | Self::MergeFeedback
+            | Self::Queues
+            | Self::NoLocalDepth => *real,
             // Metal has no geometry shaders, wide lines, logic operations or bounds of depth.
             Self::Portability => vk::PhysicalDeviceFeatures {
                 geometry_shader: vk::FALSE,
@@ -120,7 +126,8 @@ impl Profile {
             | Self::BrokenPromise
             | Self::NoGraphics
             | Self::MergeFeedback
-            | Self::Queues => true,
+            | Self::Queues
+            | Self::NoLocalDepth => true,
             Self::Least => extension == ash::khr::swapchain::NAME,
             Self::Phone => [ash::khr::swapchain::NAME, ash::khr::driver_properties::NAME].contains(&extension),
         }
@@ -150,6 +157,11 @@ impl Profile {
         self == Self::Queues
     }
 
+    /// Returns true if depth is no attachment that its draws read locally.
+    pub fn reads_no_local_depth(self) -> bool {
+        self == Self::NoLocalDepth
+    }
+
     /// The extension that the played device has whatever the one below has. The device below is opened without it.
     pub fn own_extension(self) -> Option<&'static CStr> {
         match self {
@@ -168,7 +180,8 @@ impl Profile {
             | Self::BrokenPromise
             | Self::NoGraphics
             | Self::MergeFeedback
-            | Self::Queues => real,
+            | Self::Queues
+            | Self::NoLocalDepth => real,
         }
     }
 

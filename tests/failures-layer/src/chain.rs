@@ -1,7 +1,7 @@
 //! This layer's place between the loader and the layers below: instances, devices, and functions by their names.
 
 use std::collections::HashMap;
-use std::ffi::{CStr, c_char};
+use std::ffi::{CStr, CString, c_char};
 use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 
 use ash::vk;
@@ -28,9 +28,19 @@ impl<H, G> Below<H, G> {
             .into_iter()
             .flatten();
         let names = names.filter(|(_, of_a_device)| *of_a_device == H::OF_A_DEVICE);
+        // An older device has a command of the core by its extension's name alone.
+        let ask = |name: &CStr| ask(name).or_else(|| ask(&CString::new([name.to_bytes(), ALIAS].concat()).ok()?));
         let functions = names.filter_map(|&(name, _)| Some((name, ask(name)?))).collect();
         Self { handle, get_proc_addr, functions }
     }
+}
+
+/// The end of a command's name in an extension that later became a part of the core, where the name is the same without it.
+const ALIAS: &[u8] = b"KHR";
+
+/// What `find` has for a command, by either of its names: `vkQueueSubmit2KHR` is an alias of `vkQueueSubmit2`.
+pub fn by_either_name<T>(name: &CStr, find: impl Fn(&CStr) -> Option<T>) -> Option<T> {
+    find(name).or_else(|| find(&CString::new(name.to_bytes().strip_suffix(ALIAS)?).ok()?))
 }
 
 /// Entries by their [`Dispatched::key`].
@@ -157,10 +167,12 @@ fn own_of_device(name: &CStr) -> vk::PFN_vkVoidFunction {
         b"vkGetDeviceProcAddr" => untyped!(get_device_proc_addr, vk::PFN_vkGetDeviceProcAddr),
         b"vkDestroyDevice" => untyped!(destroy_device, vk::PFN_vkDestroyDevice),
         b"vkQueuePresentKHR" => untyped!(queue_present, vk::PFN_vkQueuePresentKHR),
-        _ => commands::own(name)
-            .or_else(|| driver_cache::own(name))
-            .or_else(|| table::fallible(name))
-            .or_else(|| table::freeing(name)),
+        _ => by_either_name(name, |name| {
+            commands::own(name)
+                .or_else(|| driver_cache::own(name))
+                .or_else(|| table::fallible(name))
+                .or_else(|| table::freeing(name))
+        }),
     }
 }
 

@@ -13,7 +13,9 @@ use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 
 use ash::vk::{self, Handle};
 
-use crate::chain::next;
+use crate::chain::{by_either_name, next};
+use crate::loader::typed;
+use crate::table;
 
 /// The variable that names the file.
 const VARIABLE: &str = "AFTERLIGHT_COMMANDS";
@@ -42,6 +44,43 @@ impl RenderPass {
             let [writes, uses] = [own.src_access_mask, own.dst_access_mask].map(flags);
             let by_region = own.dependency_flags.contains(vk::DependencyFlags::BY_REGION);
             (own.dst_subpass, format!("  dependency {before} / {writes} / {after} / {uses} / {by_region}"))
+        };
+        Self {
+            attachments: attachments.iter().map(attachment).collect(),
+            dependencies: dependencies.iter().map(dependency).collect(),
+        }
+    }
+
+    /// The same in the structures of VK_KHR_create_renderpass2. A dependency's masks stand in the VkMemoryBarrier2 of its chain, where there is one.
+    fn of_2(info: &vk::RenderPassCreateInfo2<'_>) -> Self {
+        // SAFETY: both lists are as long as their counts say (specification, VkRenderPassCreateInfo2).
+        let (attachments, dependencies) = unsafe {
+            (list(info.p_attachments, info.attachment_count), list(info.p_dependencies, info.dependency_count))
+        };
+        let attachment = |own: &vk::AttachmentDescription2<'_>| {
+            let vk::AttachmentDescription2 { format, samples, load_op, store_op, initial_layout, final_layout, .. } =
+                own;
+            let samples = samples.as_raw();
+            format!("  attachment {format:?} {samples} {load_op:?} {store_op:?} {initial_layout:?} {final_layout:?}")
+        };
+        let dependency = |own: &vk::SubpassDependency2<'_>| {
+            // SAFETY: the chain is null, or its first structure is a barrier: the only one that may extend a dependency, and all structures begin with their type.
+            let barrier = unsafe { own.p_next.cast::<vk::MemoryBarrier2<'_>>().as_ref() };
+            let barrier = barrier.filter(|own| own.s_type == vk::StructureType::MEMORY_BARRIER_2);
+            let masks = barrier.map_or_else(
+                || {
+                    let [before, after] = [own.src_stage_mask, own.dst_stage_mask].map(flags);
+                    let [writes, uses] = [own.src_access_mask, own.dst_access_mask].map(flags);
+                    format!("{before} / {writes} / {after} / {uses}")
+                },
+                |own| {
+                    let [before, after] = [own.src_stage_mask, own.dst_stage_mask].map(stages);
+                    let [writes, uses] = [own.src_access_mask, own.dst_access_mask].map(flags);
+                    format!("{before} / {writes} / {after} / {uses}")
+                },
+            );
+            let by_region = own.dependency_flags.contains(vk::DependencyFlags::BY_REGION);
+            (own.dst_subpass, format!("  dependency {masks} / {by_region}"))
         };
         Self {
             attachments: attachments.iter().map(attachment).collect(),
@@ -80,6 +119,29 @@ impl Log {
         self.names.get(&(H::TYPE, object.as_raw())).cloned().unwrap_or_else(|| "?".into())
     }
 
+    fn begin(&mut self, cmd: vk::CommandBuffer, begin: &vk::RenderPassBeginInfo<'_>) -> Said {
+        self.open.insert(cmd, (begin.render_pass, 0));
+        let pass = self.render_passes.get(&begin.render_pass).cloned().unwrap_or_default();
+        let attachments = pass.attachments.iter().map(|line| format!("{line}\n")).collect::<String>();
+        let said = said([self.name(begin.render_pass), self.name(begin.framebuffer)], rectangle(&begin.render_area));
+        Said { below: attachments + &pass.acting(0), ..said }
+    }
+
+    fn next_subpass(&mut self, cmd: vk::CommandBuffer) -> Said {
+        let (pass, subpass) = self.open.get(&cmd).copied().unwrap_or_default();
+        self.open.insert(cmd, (pass, subpass + 1));
+        Said { below: self.acting(pass, subpass + 1), ..Said::default() }
+    }
+
+    fn end(&mut self, cmd: vk::CommandBuffer) -> Said {
+        let (pass, _) = self.open.remove(&cmd).unwrap_or_default();
+        Said { below: self.acting(pass, vk::SUBPASS_EXTERNAL), ..Said::default() }
+    }
+
+    fn acting(&self, pass: vk::RenderPass, subpass: u32) -> String {
+        self.render_passes.get(&pass).map_or_else(String::new, |own| own.acting(subpass))
+    }
+
     fn write(&mut self, cmd: vk::CommandBuffer, command: &str, Said { objects, numbers, below }: Said) {
         let mut line = format!("{}: {command}", self.name(cmd));
         objects.iter().for_each(|object| _ = write!(line, " \"{object}\""));
@@ -105,6 +167,11 @@ fn said(objects: impl IntoIterator<Item = String>, numbers: impl IntoIterator<It
 fn flags(flags: impl Debug) -> String {
     let text = format!("{flags:?}");
     if text.is_empty() { "-".to_owned() } else { text }
+}
+
+/// The names of stages of synchronization2, of which the older API has some under other names.
+fn stages(stages: vk::PipelineStageFlags2) -> String {
+    flags(stages).replace("ALL_TRANSFER", "TRANSFER")
 }
 
 /// The elements of an array of Vulkan.
@@ -158,24 +225,16 @@ logged! {
     vkCmdBeginDebugUtilsLabelEXT: PFN_vkCmdBeginDebugUtilsLabelEXT(label: *const vk::DebugUtilsLabelEXT<'_>), log cmd =>
         said([CStr::from_ptr((*label).p_label_name).to_string_lossy().into_owned()], []);
     vkCmdEndDebugUtilsLabelEXT: PFN_vkCmdEndDebugUtilsLabelEXT(), log cmd => Said::default();
-    vkCmdBeginRenderPass: PFN_vkCmdBeginRenderPass(begin: *const vk::RenderPassBeginInfo<'_>, contents: vk::SubpassContents), log cmd => {
-        let begin = &*begin;
-        log.open.insert(cmd, (begin.render_pass, 0));
-        let pass = log.render_passes.get(&begin.render_pass).cloned().unwrap_or_default();
-        let attachments = pass.attachments.iter().map(|line| format!("{line}\n")).collect::<String>();
-        let said = said([log.name(begin.render_pass), log.name(begin.framebuffer)], rectangle(&begin.render_area));
-        Said { below: attachments + &pass.acting(0), ..said }
-    };
-    vkCmdNextSubpass: PFN_vkCmdNextSubpass(contents: vk::SubpassContents), log cmd => {
-        let (pass, subpass) = log.open.get(&cmd).copied().unwrap_or_default();
-        log.open.insert(cmd, (pass, subpass + 1));
-        Said { below: log.render_passes.get(&pass).map_or_else(String::new, |own| own.acting(subpass + 1)), ..Said::default() }
-    };
-    vkCmdEndRenderPass: PFN_vkCmdEndRenderPass(), log cmd => {
-        let (pass, _) = log.open.remove(&cmd).unwrap_or_default();
-        let below = log.render_passes.get(&pass).map_or_else(String::new, |own| own.acting(vk::SUBPASS_EXTERNAL));
-        Said { below, ..Said::default() }
-    };
+    vkCmdBeginRenderPass: PFN_vkCmdBeginRenderPass(begin: *const vk::RenderPassBeginInfo<'_>, contents: vk::SubpassContents), log cmd =>
+        log.begin(cmd, &*begin);
+    vkCmdBeginRenderPass2: PFN_vkCmdBeginRenderPass2(
+        begin: *const vk::RenderPassBeginInfo<'_>, contents: *const vk::SubpassBeginInfo<'_>
+    ), log cmd => log.begin(cmd, &*begin);
+    vkCmdNextSubpass: PFN_vkCmdNextSubpass(contents: vk::SubpassContents), log cmd => log.next_subpass(cmd);
+    vkCmdNextSubpass2: PFN_vkCmdNextSubpass2(contents: *const vk::SubpassBeginInfo<'_>, end: *const vk::SubpassEndInfo<'_>), log cmd =>
+        log.next_subpass(cmd);
+    vkCmdEndRenderPass: PFN_vkCmdEndRenderPass(), log cmd => log.end(cmd);
+    vkCmdEndRenderPass2: PFN_vkCmdEndRenderPass2(end: *const vk::SubpassEndInfo<'_>), log cmd => log.end(cmd);
     vkCmdPipelineBarrier: PFN_vkCmdPipelineBarrier(
         before: vk::PipelineStageFlags, after: vk::PipelineStageFlags, how: vk::DependencyFlags,
         memory_count: u32, memory: *const vk::MemoryBarrier<'_>,
@@ -195,6 +254,31 @@ logged! {
         for own in list(images, image_count) {
             let layouts = format!(" / {:?} / {:?}", own.old_layout, own.new_layout);
             part(&format!("\"{}\"", log.name(own.image)), [own.src_access_mask, own.dst_access_mask], &layouts);
+        }
+        Said { below, ..Said::default() }
+    };
+    vkCmdPipelineBarrier2: PFN_vkCmdPipelineBarrier2(info: *const vk::DependencyInfo<'_>), log cmd => {
+        let info = &*info;
+        let mut below = String::new();
+        let mut part = |object: &str, [before, after]: [vk::PipelineStageFlags2; 2], [writes, uses]: [vk::AccessFlags2; 2], layouts: &str| {
+            // The program's barriers have the same stages in all parts.
+            if below.is_empty() {
+                below = format!("  stages {} / {}\n", stages(before), stages(after));
+            }
+            let _ = writeln!(below, "  {object} {} / {}{layouts}", flags(writes), flags(uses));
+        };
+        for own in list(info.p_memory_barriers, info.memory_barrier_count) {
+            let stages = [own.src_stage_mask, own.dst_stage_mask];
+            part("memory", stages, [own.src_access_mask, own.dst_access_mask], "");
+        }
+        for own in list(info.p_buffer_memory_barriers, info.buffer_memory_barrier_count) {
+            let stages = [own.src_stage_mask, own.dst_stage_mask];
+            part(&format!("\"{}\"", log.name(own.buffer)), stages, [own.src_access_mask, own.dst_access_mask], "");
+        }
+        for own in list(info.p_image_memory_barriers, info.image_memory_barrier_count) {
+            let stages = [own.src_stage_mask, own.dst_stage_mask];
+            let layouts = format!(" / {:?} / {:?}", own.old_layout, own.new_layout);
+            part(&format!("\"{}\"", log.name(own.image)), stages, [own.src_access_mask, own.dst_access_mask], &layouts);
         }
         Said { below, ..Said::default() }
     };
@@ -253,25 +337,37 @@ logged! {
         said([log.name(pool)], [first.into(), count.into()]);
     vkCmdWriteTimestamp: PFN_vkCmdWriteTimestamp(stage: vk::PipelineStageFlags, pool: vk::QueryPool, query: u32), log cmd =>
         said([log.name(pool)], [query.into()]);
+    vkCmdWriteTimestamp2: PFN_vkCmdWriteTimestamp2(stage: vk::PipelineStageFlags2, pool: vk::QueryPool, query: u32), log cmd =>
+        said([log.name(pool)], [query.into()]);
 }
 
-unsafe extern "system" fn create_render_pass(
-    device: vk::Device,
-    info: *const vk::RenderPassCreateInfo<'_>,
-    allocator: *const vk::AllocationCallbacks<'_>,
-    pass: *mut vk::RenderPass,
-) -> vk::Result {
-    // SAFETY: as this function was called; the type is that of the name, and the render pass is written where that succeeds.
-    unsafe {
-        let Some(create) = next::<vk::PFN_vkCreateRenderPass>(device, c"vkCreateRenderPass") else {
-            return vk::Result::ERROR_INITIALIZATION_FAILED;
-        };
-        let result = create(device, info, crate::callbacks::of_command(c"vkCreateRenderPass", allocator), pass);
-        if let (vk::Result::SUCCESS, Some(mut log)) = (result, log()) {
-            log.render_passes.insert(pass.read(), RenderPass::of(&*info));
+/// Functions that create render passes, which keep what the lines of commands need of them. Failing and counting is left to the functions of the table.
+macro_rules! creates_render_passes {
+    ($($function:ident: $name:ident $pfn:ident($info:ty), $of:expr;)*) => {$(
+        unsafe extern "system" fn $function(
+            device: vk::Device,
+            info: *const $info,
+            allocator: *const vk::AllocationCallbacks<'_>,
+            pass: *mut vk::RenderPass,
+        ) -> vk::Result {
+            // SAFETY: as this function was called; the type is that of the name, and the render pass is written where that succeeds.
+            unsafe {
+                let Some(create) = typed::<vk::$pfn>(table::fallible(c_name!($name))) else {
+                    return vk::Result::ERROR_INITIALIZATION_FAILED;
+                };
+                let result = create(device, info, allocator, pass);
+                if let (vk::Result::SUCCESS, Some(mut log)) = (result, log()) {
+                    log.render_passes.insert(pass.read(), $of(&*info));
+                }
+                result
+            }
         }
-        result
-    }
+    )*};
+}
+
+creates_render_passes! {
+    create_render_pass: vkCreateRenderPass PFN_vkCreateRenderPass(vk::RenderPassCreateInfo<'_>), RenderPass::of;
+    create_render_pass2: vkCreateRenderPass2 PFN_vkCreateRenderPass2(vk::RenderPassCreateInfo2<'_>), RenderPass::of_2;
 }
 
 unsafe extern "system" fn name_object(
@@ -297,6 +393,7 @@ pub fn own(name: &CStr) -> vk::PFN_vkVoidFunction {
     LOG.as_ref()?;
     match name.to_bytes() {
         b"vkCreateRenderPass" => untyped!(create_render_pass, vk::PFN_vkCreateRenderPass),
+        b"vkCreateRenderPass2" => untyped!(create_render_pass2, vk::PFN_vkCreateRenderPass2),
         b"vkSetDebugUtilsObjectNameEXT" => untyped!(name_object, vk::PFN_vkSetDebugUtilsObjectNameEXT),
         _ => command(name),
     }
@@ -304,5 +401,5 @@ pub fn own(name: &CStr) -> vk::PFN_vkVoidFunction {
 
 /// Returns true for a command that would be recorded without a line: programs do not get it.
 pub fn hides(name: &CStr) -> bool {
-    LOG.is_some() && name.to_bytes().starts_with(b"vkCmd") && command(name).is_none()
+    LOG.is_some() && name.to_bytes().starts_with(b"vkCmd") && by_either_name(name, command).is_none()
 }

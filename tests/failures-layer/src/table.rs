@@ -91,6 +91,9 @@ fallible! {
     vkCreateRenderPass: PFN_vkCreateRenderPass(device: vk::Device, create_info: *const vk::RenderPassCreateInfo<'_>, allocator: *const vk::AllocationCallbacks<'_>, render_pass: *mut vk::RenderPass) {
         errors [ERROR_OUT_OF_HOST_MEMORY, ERROR_OUT_OF_DEVICE_MEMORY], successes [], callbacks allocator
     }
+    vkCreateRenderPass2: PFN_vkCreateRenderPass2(device: vk::Device, create_info: *const vk::RenderPassCreateInfo2<'_>, allocator: *const vk::AllocationCallbacks<'_>, render_pass: *mut vk::RenderPass) {
+        errors [ERROR_OUT_OF_HOST_MEMORY, ERROR_OUT_OF_DEVICE_MEMORY], successes [], callbacks allocator
+    }
     vkCreateSampler: PFN_vkCreateSampler(device: vk::Device, create_info: *const vk::SamplerCreateInfo<'_>, allocator: *const vk::AllocationCallbacks<'_>, sampler: *mut vk::Sampler) {
         errors [ERROR_OUT_OF_HOST_MEMORY, ERROR_OUT_OF_DEVICE_MEMORY], successes [], callbacks allocator
     }
@@ -188,6 +191,9 @@ fallible! {
         errors [ERROR_OUT_OF_HOST_MEMORY, ERROR_OUT_OF_DEVICE_MEMORY, ERROR_DEVICE_LOST], successes []
     }
     vkQueueSubmit: PFN_vkQueueSubmit(queue: vk::Queue, submit_count: u32, submits: *const vk::SubmitInfo<'_>, fence: vk::Fence) {
+        errors [ERROR_OUT_OF_HOST_MEMORY, ERROR_OUT_OF_DEVICE_MEMORY, ERROR_DEVICE_LOST], successes []
+    }
+    vkQueueSubmit2: PFN_vkQueueSubmit2(queue: vk::Queue, submit_count: u32, submits: *const vk::SubmitInfo2<'_>, fence: vk::Fence) {
         errors [ERROR_OUT_OF_HOST_MEMORY, ERROR_OUT_OF_DEVICE_MEMORY, ERROR_DEVICE_LOST], successes []
     }
     vkQueueWaitIdle: PFN_vkQueueWaitIdle(queue: vk::Queue) {
@@ -312,7 +318,6 @@ pub const ELSEWHERE: &[&str] = &[
     "vkCreatePrivateDataSlot",
     "vkCreateRayTracingPipelinesKHR",
     "vkCreateRayTracingPipelinesNV",
-    "vkCreateRenderPass2",
     "vkCreateScreenSurfaceQNX",
     "vkCreateSemaphoreSciSyncPoolNV",
     "vkCreateShadersEXT",
@@ -430,7 +435,6 @@ pub const ELSEWHERE: &[&str] = &[
     "vkMapMemory2",
     "vkMergeValidationCachesEXT",
     "vkQueueSetPerformanceConfigurationINTEL",
-    "vkQueueSubmit2",
     "vkRegisterDeviceEventEXT",
     "vkRegisterDisplayEventEXT",
     "vkReleaseFullScreenExclusiveModeEXT",

@@ -284,7 +284,7 @@ pub fn check_messages(log: Option<&MessageLog>) -> Result<(), String> {
 }
 
 /// Commands whose object has no name, or none yet when they fail.
-const NAMELESS: [&str; 22] = [
+const NAMELESS: [&str; 23] = [
     "vkAcquireNextImageKHR",
     "vkCreateDebugUtilsMessengerEXT",
     "vkCreateHeadlessSurfaceEXT",
@@ -300,6 +300,7 @@ const NAMELESS: [&str; 22] = [
     "vkGetSwapchainImagesKHR",
     "vkQueuePresentKHR",
     "vkQueueSubmit",
+    "vkQueueSubmit2",
     "vkResetFences",
     "vkCreateFence",
     "vkWaitForFences",

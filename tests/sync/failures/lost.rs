@@ -48,9 +48,10 @@ fn child() {
         let event = raw.create_event(&vk::EventCreateInfo::default(), None).expect("an event");
         let pool = raw.create_query_pool(&times, None).expect("a pool");
         let none = vk::Fence::null();
-        let calls: [(&str, Call); 8] = [
+        let calls: [(&str, Call); 9] = [
             // The first of them loses the device.
             ("vkQueueSubmit", &|| raw.queue_submit(queue, &[], none)),
+            ("vkQueueSubmit2", &|| raw.queue_submit2(queue, &[], none)),
             ("vkQueueBindSparse", &|| raw.queue_bind_sparse(queue, &[], none)),
             ("vkQueueWaitIdle", &|| raw.queue_wait_idle(queue)),
             ("vkDeviceWaitIdle", &|| raw.device_wait_idle()),

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use afterlight::frame::{self, Picture, Renderer};
 use afterlight::gpu::{self, Device, DeviceChoice, Instance, InstanceOptions, Validation};
-use afterlight::scene::{ColorSpace, LightPath, OpenOptions, Sampler, Scene, Settings, Texture, open};
+use afterlight::scene::{ColorSpace, LightPath, OpenOptions, Sampler, Scene, Settings, SyncApi, Texture, open};
 
 /// A part of the play. The calls that are made in it are its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -54,6 +54,8 @@ pub struct Play {
     settings: Settings,
     /// The same with other passes.
     others: Settings,
+    /// The same by the other API of synchronization, for devices that have it.
+    by_2: Option<Settings>,
     presents: bool,
     validation: Validation,
 }
@@ -87,7 +89,8 @@ impl Play {
         let settings = Settings { size: SIZE, samples: 1, anisotropy: 1, ..scene.settings.decide() };
         let settings = Settings { light_path: LightPath::Loop, ..settings };
         let others = Settings { light_path: LightPath::Compute, ..settings.clone() };
-        Self { scene, settings, others, presents, validation }
+        let by_2 = textured.then(|| Settings { sync: SyncApi::Two, ..settings.clone() });
+        Self { scene, settings, others, by_2, presents, validation }
     }
 
     pub fn start(&self) -> gpu::Result<Arc<Device>> {
@@ -115,6 +118,13 @@ impl Play {
         }
         {
             let mut renderer = Renderer::new(device, &self.scene, &self.others)?;
+            pictures.push(renderer.picture(&self.scene.camera, || {})?);
+        }
+        if let Some(by_2) = &self.by_2 {
+            // A device that lacks the API, or does not open with it, draws the same by the other.
+            let has_both = device.physical.newer.synchronization2.is_ok();
+            let by_2 = if has_both { by_2 } else { &self.settings };
+            let mut renderer = Renderer::new(device, &self.scene, by_2)?;
             pictures.push(renderer.picture(&self.scene.camera, || {})?);
         }
         ended(PlayStage::Settings);

@@ -16,6 +16,8 @@ const EXTENSIONS: [&str; 7] = [
     "VK_EXT_headless_surface",
     "VK_EXT_debug_utils",
 ];
+/// Single commands of later versions that the program calls, by the names of their extensions. Their other names are aliases.
+const COMMANDS: [&str; 2] = ["vkCreateRenderPass2", "vkQueueSubmit2"];
 
 /// Commands whose functions in the layer are written by hand, and one of the loader alone, for which no layer is asked.
 const BY_HAND: [&str; 9] = [
@@ -43,7 +45,8 @@ pub fn table(xml: &str) -> String {
     let document = Document::parse_with_options(xml, options).unwrap_or_else(|error| panic!("vk.xml: {error}"));
     let root = document.root_element();
     let parts: Vec<Node<'_, '_>> = root.descendants().filter(is_chosen).collect();
-    let chosen: BTreeSet<&str> = parts.iter().flat_map(|part| required(*part, "command", "name")).collect();
+    let required = parts.iter().flat_map(|part| required(*part, "command", "name"));
+    let chosen: BTreeSet<&str> = required.chain(COMMANDS).collect();
     let mut results: BTreeSet<&str> = parts.iter().flat_map(|part| added_results(*part)).collect();
     results.extend(core_results(root));
     let mut commands: Vec<Node<'_, '_>> = root.descendants().filter(is_command).collect();

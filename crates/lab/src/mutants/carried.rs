@@ -5,8 +5,10 @@
 
 use super::Mutant;
 use afterlight::frame::layout_changes;
+use afterlight::frame::list::{Step, StepList};
 use afterlight::frame::rows::unreported_mutants::{LAYER, NEWEST, RowPart};
 use afterlight::frame::rows::{PassName, Row, Side, SyncKind};
+use afterlight::gpu::Queue;
 use afterlight::gpu::sync::{Layouts, SyncVersion};
 use afterlight::gpu::vk::{AccessFlags2 as A, PipelineStageFlags2 as S};
 use afterlight::plan::OtherQueues;
@@ -158,7 +160,36 @@ static CARRIED_FRAMES: &[CarriedFrames] = &[
         why: "without a change of layout the row orders a read after another read, or a write after reads: the layer does not hold a read against the write before it if it \
               happens after another read (`IsRAWHazard` of its source), to which alone the write need be visible",
     },
+    CarriedFrames {
+        is_of: |_| true,
+        is_about: is_between_queues,
+        why: "the layer does not take an ownership transfer that keeps the layout for a use of the contents, but for a barrier; and the semaphore between the two queues makes all available that \
+              the first one wrote. So it sees no transfer that is too soon",
+    },
+    CarriedFrames {
+        is_of: |layer| layer < LAYER,
+        is_about: |mutant| mutant.row.carrier == SyncKind::QueueSemaphore,
+        why: "the layer does not hold the work of one submission against that of another",
+    },
+    CarriedFrames {
+        is_of: |layer| layer == LAYER,
+        is_about: |mutant| mutant.row.label == "from-compute-queue",
+        why: "the layer does not hold what a render pass loads against the work of another queue",
+    },
 ];
+
+/// Returns true if the row is between uses on two queues: the transfer of what both use, or a row that leads to it or on from it.
+fn is_between_queues(mutant: &Mutant) -> bool {
+    let beside = |place: &PassName| {
+        let steps = StepList::of(mutant.plan).0;
+        steps
+            .iter()
+            .any(|step| matches!(step, Step::Commands(own) if own.pass.place == *place && own.queue != Queue::Graphics))
+    };
+    let row = &mutant.row;
+    let is_transfer = matches!(row.carrier, SyncKind::Ownership(_));
+    is_transfer || row.carrier.is_render_pass() && (beside(&row.from) || row.waiting.iter().any(beside))
+}
 
 /// Returns true if a row before it in the frame lets another pass read what the same one wrote.
 fn follows_another_reader(mutant: &Mutant) -> bool {

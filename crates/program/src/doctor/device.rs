@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use afterlight::frame::capabilities;
-use afterlight::gpu::{self, PhysicalDevice, Roadmap, vk};
+use afterlight::gpu::{self, PhysicalDevice, Roadmap, Support, vk};
 use afterlight::plan::Capabilities;
 use serde::Serialize;
 
@@ -243,18 +243,23 @@ fn limits(device: &PhysicalDevice) -> Vec<(&'static str, String)> {
         ("depth clamp", yes_no(device.features.depth_clamp == vk::TRUE)),
         ("the view triangle", yes_no(device.features.geometry_shader == vk::TRUE)),
         ("--passes local-read", local_read(&capabilities(device))),
-        ("--sync 2", yes_no(capabilities(device).synchronization2)),
-        ("--layouts unified", yes_no(capabilities(device).unified_layouts)),
+        ("--sync 2", supported(capabilities(device).synchronization2)),
+        ("--layouts unified", supported(capabilities(device).unified_layouts)),
     ]
+}
+
+/// Names what is missing.
+fn supported(own: Support) -> String {
+    own.map_or_else(|lack| format!("no: {lack}"), |()| "yes".into())
 }
 
 fn local_read(device: &Capabilities) -> String {
     match (device.local_read, device.local_read_depth, device.local_read_samples) {
-        (false, ..) => "no".into(),
-        (true, true, true) => "yes".into(),
-        (true, true, false) => "yes, of one sample a pixel".into(),
-        (true, false, true) => "of colour: a G-buffer needs positions".into(),
-        (true, false, false) => "of colour with one sample a pixel: a G-buffer needs positions".into(),
+        (Err(_), ..) => supported(device.local_read),
+        (Ok(()), true, true) => "yes".into(),
+        (Ok(()), true, false) => "yes, of one sample a pixel".into(),
+        (Ok(()), false, true) => "of colour: a G-buffer needs positions".into(),
+        (Ok(()), false, false) => "of colour with one sample a pixel: a G-buffer needs positions".into(),
     }
 }
 
