@@ -46,7 +46,7 @@ enum PassForm {
     /// An object of Vulkan's.
     Object(RenderPass, Framebuffers),
     /// Rendering without one. The views are those of the swapchain's images.
-    Rendering(Rendering, Vec<vk::ImageView>),
+    Rendering(Box<Rendering>, Vec<vk::ImageView>),
 }
 
 /// A render pass of shadow maps on the device.
@@ -60,7 +60,7 @@ enum MapForm {
     /// With a framebuffer for each layer of the maps.
     Object(RenderPass, Vec<Framebuffer>),
     /// With the attachments of each layer.
-    Rendering(Rendering, Vec<Vec<Rendered>>),
+    Rendering(Box<Rendering>, Vec<Vec<Rendered>>),
 }
 
 /// A render pass that can be recorded in a frame.
@@ -99,7 +99,7 @@ impl RenderPasses {
             let cleared = |own: &vk::AttachmentDescription| own.load_op == vk::AttachmentLoadOp::CLEAR;
             let clears_some = description.attachments.iter().any(|(_, own)| cleared(own));
             let form = match plan.passes {
-                Passes::LocalRead => PassForm::Rendering(Rendering::new(description), swapchain.to_vec()),
+                Passes::LocalRead => PassForm::Rendering(Box::new(Rendering::new(description)), swapchain.to_vec()),
                 Passes::Subpasses | Passes::Stored => {
                     let pass = description.make(device)?;
                     let framebuffers = targets.framebuffers(plan, (device, &pass), &own, swapchain)?;
@@ -255,7 +255,7 @@ impl MapPass {
                 let of_layer = |layer: usize| {
                     images.iter().map(|own| Rendered { image: own.layer(layer), view: own.views[layer].raw }).collect()
                 };
-                MapForm::Rendering(Rendering::new(description), layers.map(of_layer).collect())
+                MapForm::Rendering(Box::new(Rendering::new(description)), layers.map(of_layer).collect())
             }
             Passes::Subpasses | Passes::Stored => {
                 let pass = description.make(device)?;

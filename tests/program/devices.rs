@@ -137,7 +137,7 @@ impl LayerSetup {
         all
     }
 
-    fn run(&self, profile: Option<&str>, arguments: &[&str]) -> Output {
+    pub fn run(&self, profile: Option<&str>, arguments: &[&str]) -> Output {
         let mut command = program();
         command.args(arguments).envs(profile.into_iter().flat_map(|profile| self.environment(profile)));
         command.output().expect("the program starts")

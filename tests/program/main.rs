@@ -15,6 +15,7 @@ mod devices;
 mod docs;
 mod examples;
 mod first_look;
+mod frames_on_queues;
 mod killed;
 mod layering;
 mod library;

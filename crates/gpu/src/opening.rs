@@ -37,12 +37,7 @@ pub(super) fn open(
         Err(error @ Error::Unsupported(_)) => error,
         other => return other,
     };
-    let features = EnabledFeatures::of(&physical, required);
-    let is_optional = |name: &&'static CStr| !required.contains(name) && *name != ash::khr::portability_subset::NAME;
-    let mut optional: Vec<&'static CStr> = features.extensions().filter(is_optional).collect();
-    // The newest come last in their list, and are the likeliest to be at fault.
-    optional.reverse();
-    for names in optional.iter().map(std::slice::from_ref).chain([&optional[..]]) {
+    for names in &suspects(&physical, required) {
         match attempt(names.iter().fold(physical.clone(), |own, name| own.without(name))) {
             Err(Error::Unsupported(_)) => {}
             Err(error) => return Err(error),
@@ -59,4 +54,29 @@ pub(super) fn open(
         }
     }
     Err(error)
+}
+
+/// The sets of optional extensions to leave out, in the order in which they are tried: the smallest first, since an extension that others need takes them with it, and
+/// all of them at last. Of equals the newest come first, which are the likeliest to be at fault.
+fn suspects(physical: &PhysicalDevice, required: &[&'static CStr]) -> Vec<Vec<&'static CStr>> {
+    let optional_of = |physical: &PhysicalDevice| -> Vec<&'static CStr> {
+        let features = EnabledFeatures::of(physical, required);
+        let is_optional =
+            |name: &&'static CStr| !required.contains(name) && *name != ash::khr::portability_subset::NAME;
+        features.extensions().filter(is_optional).collect()
+    };
+    let mut all = optional_of(physical);
+    all.sort_unstable();
+    all.dedup();
+    let mut sets: Vec<Vec<&'static CStr>> = Vec::new();
+    for name in optional_of(physical).into_iter().rev() {
+        let left = optional_of(&physical.clone().without(name));
+        let set: Vec<_> = all.iter().copied().filter(|own| !left.contains(own)).collect();
+        if !sets.contains(&set) {
+            sets.push(set);
+        }
+    }
+    sets.sort_by_key(Vec::len);
+    sets.push(all);
+    sets
 }

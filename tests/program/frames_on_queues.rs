@@ -1,0 +1,53 @@
+//! Frames whose work goes to several queues, on the families that the layer of `tests/devices-layer` plays on any device: the bytes of one queue, and silent
+//! validation.
+
+use super::devices::LayerSetup;
+
+/// The exit code, the picture, and what was told.
+fn draw(setup: &LayerSetup, profile: Option<&str>, arguments: &[&str]) -> (Option<i32>, Vec<u8>, String) {
+    // Two frames, so that the second one waits for the first on each queue.
+    let usual = ["render", "--size", "96x54", "--samples", "2", "--validate", "--output", "-"];
+    let output = setup.run(profile, &[&usual[..], arguments].concat());
+    (output.status.code(), output.stdout, String::from_utf8_lossy(&output.stderr).into_owned())
+}
+
+#[test]
+fn frames_on_all_queues_are_those_of_one_to_the_byte() {
+    let setup = LayerSetup::new();
+    let frames: [&[&str]; 5] = [
+        // Shadow maps, air and particles run beside ambient occlusion, and textures with levels come from the queue for copies.
+        &["builtin:hall", "--ao", "ssao", "--fog", "froxels"],
+        &["builtin:hall", "--ao", "bitmask", "--light-path", "compute", "--sync", "2"],
+        &["builtin:hall", "--ao", "ssao", "--passes", "stored", "--reflections", "screen"],
+        // No shadow maps: nothing runs beside it.
+        &["builtin:cornell", "--ao", "ssao", "--light-path", "loop"],
+        // Only uploads.
+        &["builtin:cornell"],
+    ];
+    for frame in frames {
+        let (code, one, told) = draw(&setup, Some("queues"), frame);
+        assert_eq!(code, Some(0), "{frame:?}: {told}");
+        let (code, all, told) = draw(&setup, Some("queues"), &[frame, &["--queues", "all"]].concat());
+        assert!(code == Some(0) && told.contains("no messages"), "{frame:?}: {told}");
+        assert!(one == all, "{frame:?} differs");
+    }
+}
+
+/// Most software drivers have one queue.
+#[test]
+fn a_device_with_one_queue_is_refused_more_of_them_by_name() {
+    let setup = LayerSetup::new();
+    let frame = ["builtin:cornell", "--ao", "ssao", "--light-path", "loop"];
+    let (code, one, told) = draw(&setup, None, &frame);
+    assert_eq!(code, Some(0), "{told}");
+    let (code, all, told) = draw(&setup, None, &[&frame[..], &["--queues", "all"]].concat());
+    match code {
+        Some(0) => assert!(one == all, "another picture"),
+        _ => assert!(
+            code == Some(2)
+                && told.contains("--queues all: this device has no queue beside the first")
+                && told.contains("ask for --queues one"),
+            "{told}"
+        ),
+    }
+}
