@@ -1,11 +1,11 @@
 //! Frames by render passes with subpasses, by rendering with local read, and stored; by either API of synchronization; in optimal and unified layouts: the same
 //! bytes, and silent layers.
 
-use afterlight::frame::{Renderer, experiment, plan_for, rows};
+use afterlight::frame::{Renderer, experiment, plan_for, plan_with, rows};
 use afterlight::gpu::{Device, Support, vk};
-use afterlight::plan::{Variation, samples, variations};
+use afterlight::plan::{Capabilities, Variation, samples, variations};
 use afterlight::scene::{
-    AmbientOcclusion, Culling, Fog, GbufferPreset, ImageLayouts, LightPath, Passes, Reflections, Scene, Settings,
+    AmbientOcclusion, Culling, Fog, GbufferPreset, ImageLayouts, LightPath, Passes, Reflections, Resolve, Scene, Settings,
     SyncApi, Transparency,
 };
 
@@ -247,4 +247,17 @@ fn what_a_device_lacks_for_a_carrier_is_refused_by_name() {
         let by_api = refused(Settings { sync: SyncApi::Two, ..plain });
         assert!(names(&by_api, newer.synchronization2), "{by_api}");
     });
+}
+
+/// All attachments of a rendering have as many samples, and TONEMAP reads several a pixel and draws one.
+#[test]
+fn local_read_of_samples_into_one_is_refused_on_any_device() {
+    let (_, scene, plain) = frames().swap_remove(0);
+    let told = |resolve| {
+        let settings = Settings { passes: Passes::LocalRead, msaa: 4, bloom: 0.2, resolve, ..plain.clone() };
+        plan_with(&Capabilities::ample(), &scene, &settings).err().map(|error| error.to_string()).unwrap_or_default()
+    };
+    let linear = told(Resolve::Linear);
+    assert!(linear.contains("TONEMAP reads attachments of 4 samples a pixel and draws 1"), "{linear}");
+    assert_eq!(told(Resolve::ToneMapped), "", "TONEMAP draws samples, and they are resolved at the end");
 }

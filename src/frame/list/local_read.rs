@@ -60,7 +60,8 @@ pub(in crate::frame) fn check(plan: &FramePlan, device: &Capabilities) -> Result
     }
     let list = StepList::of(plan);
     let subpasses = list.render_passes().flat_map(|(_, subpasses)| subpasses);
-    for (place, touch) in subpasses.flat_map(|own| own.touches.iter().map(|touch| (own.place, touch))) {
+    for (own, touch) in subpasses.flat_map(|own| own.touches.iter().map(move |touch| (own, touch))) {
+        let place = own.place;
         let (UseKind::Input { .. }, Resource::Target(target)) = (touch.how, touch.resource) else { continue };
         let refuse = |what: &str, property: &str, instead: &str| {
             let why = format!(
@@ -75,6 +76,15 @@ pub(in crate::frame) fn check(plan: &FramePlan, device: &Capabilities) -> Result
         if target == Target::Depth && !device.local_read_depth {
             let property = "dynamicRenderingLocalReadDepthStencilAttachments";
             return refuse("depth", property, ", or for a G-buffer with positions, as --gbuffer float32");
+        }
+        // All attachments of a rendering have one sample count (VUID-VkRenderingInfo-multisampledRenderToSingleSampled-06857).
+        let (read, drawn) = (plan.samples_of(target), own.samples(plan));
+        if read != drawn {
+            let why = format!(
+                "{place} reads attachments of {read} samples a pixel and draws {drawn}, and all attachments of a rendering have as many: ask for --passes subpasses, \
+                 or for --msaa 1"
+            );
+            return Err(Refusal::of("--passes local-read", why));
         }
     }
     Ok(())

@@ -129,7 +129,7 @@ impl RoadmapReport {
             lines.push("nothing".into());
         }
         for (index, line) in lines.iter().enumerate() {
-            table.row([if index == 0 { "  frames use of it" } else { "" }, line]);
+            table.row([if index == 0 { "  frames may use" } else { "" }, line]);
         }
     }
 }
