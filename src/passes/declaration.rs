@@ -350,6 +350,15 @@ impl ResourceUse {
         matches!(self.resource, Resource::Target(Target::Depth | Target::Occluders) | Resource::SHADOW_MAPS)
     }
 
+    /// The use that loads it where it is an attachment: depth in EARLY_FRAGMENT_TESTS, colour in COLOR_ATTACHMENT_OUTPUT.
+    pub(crate) fn load(&self) -> Use {
+        use vk::{AccessFlags2 as A, PipelineStageFlags2 as S};
+        match self.is_depth() {
+            true => Use::new(S::EARLY_FRAGMENT_TESTS, A::DEPTH_STENCIL_ATTACHMENT_READ),
+            false => Use::new(S::COLOR_ATTACHMENT_OUTPUT, A::COLOR_ATTACHMENT_READ),
+        }
+    }
+
     /// The same in frames of a plan: with its layouts, and with the masks of its API.
     pub(crate) fn in_frames_of(self, plan: &FramePlan) -> Self {
         let uses = match plan.sync {

@@ -5,8 +5,8 @@ use afterlight::frame::{Renderer, experiment, plan_for, plan_with, rows};
 use afterlight::gpu::{Device, Support, vk};
 use afterlight::plan::{Capabilities, Variation, samples, variations};
 use afterlight::scene::{
-    AmbientOcclusion, Culling, Fog, GbufferPreset, ImageLayouts, LightPath, Passes, Reflections, Resolve, Scene, Settings,
-    SyncApi, Transparency,
+    AmbientOcclusion, Culling, Fog, GbufferPreset, ImageLayouts, LightPath, Passes, Reflections, Resolve, Scene,
+    Settings, SyncApi, Transparency,
 };
 
 use crate::common::compare::assert_identical;

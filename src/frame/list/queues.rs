@@ -25,6 +25,8 @@ pub struct HandOver {
     pub targets: Vec<(Target, vk::ImageLayout)>,
     /// The uses of these images on the other queue.
     pub uses: Use,
+    /// On the way back the uses that wait for nothing that happens there: reads of what is only read there, in the same layout.
+    pub read_on: Use,
 }
 
 /// A run of steps that goes to one queue in one piece.
@@ -76,11 +78,17 @@ pub(super) fn add_hand_overs(plan: &FramePlan, steps: &mut Vec<Step>) {
         ends: [last_use.map_or(PassName::OUTSIDE, place), place(first)],
         targets: kept(first_layout),
         uses: Use::all(&uses),
+        read_on: Use::all(&[]),
     };
+    let only_read = both.iter().filter(|target| of(target).all(|touch| !touch.writes()));
+    let read_on: Vec<Use> = only_read
+        .flat_map(|&target| reads(plan, &steps[until..], target, last_layout(&of(&target).collect::<Vec<_>>())))
+        .collect();
     let back = HandOver {
         queues: [queue, Queue::Graphics],
         ends: [place(until - 1), place(until)],
         targets: kept(last_layout),
+        read_on: Use::all(&read_on),
         ..there.clone()
     };
     let acquired = |own: &HandOver| Step::HandOver(HandOver { half: Half::Acquire, ..own.clone() });
@@ -89,6 +97,30 @@ pub(super) fn add_hand_overs(plan: &FramePlan, steps: &mut Vec<Step>) {
     steps.splice(until..until, [Step::HandOver(back)].into_iter().chain(after));
     steps.insert(first, acquired(&there));
     steps.insert(released, Step::HandOver(there));
+}
+
+/// The uses of an image by these steps up to the one that writes it or finds it in another layout: that one has a row of its own, which waits for all readers.
+fn reads(plan: &FramePlan, steps: &[Step], target: Target, layout: vk::ImageLayout) -> Vec<Use> {
+    let own = |step: &Step| -> Vec<ResourceUse> {
+        step.touches(plan).into_iter().filter(|touch| touch.resource == Resource::Target(target)).collect()
+    };
+    let all: Vec<Vec<ResourceUse>> = steps.iter().map(own).filter(|touches| !touches.is_empty()).collect();
+    let mut found = Vec::new();
+    for (index, touches) in all.iter().enumerate() {
+        let is_last_step = index + 1 == all.len();
+        for (position, touch) in touches.iter().enumerate() {
+            // An attachment's last user drops it, which is a write.
+            let is_dropped = is_last_step && position + 1 == touches.len() && touch.is_attachment();
+            if touch.writes() || is_dropped || touch.layout() != layout {
+                return found;
+            }
+            found.push(touch.uses);
+            if position == 0 && touch.is_attachment() {
+                found.push(touch.load());
+            }
+        }
+    }
+    found
 }
 
 impl StepList {

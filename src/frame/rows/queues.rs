@@ -60,19 +60,19 @@ pub(super) fn rows(steps: &[Step]) -> Vec<Row> {
 }
 
 fn of_frame(own: &HandOver) -> [Row; 2] {
-    let HandOver { queues, ends: [from, to], uses, .. } = *own;
+    let HandOver { queues, ends: [from, to], uses, read_on, .. } = *own;
     let (released, acquired, why) = if queues[0] == Queue::Graphics {
         let why = "the compute queue's family owns what its passes use: rows of what wrote it hold the release back";
         (stages(uses), uses, why)
     } else {
         let why =
             "the first queue's family owns it again, with what was written: rows of its next users go on from here";
-        (uses, stages(uses), why)
+        (uses, stages(uses).or(read_on), why)
     };
     let waits = semaphore(
         queues,
         [from, to],
-        uses,
+        acquired,
         "queues run beside each other: nothing but a semaphore orders the work of one after that of another",
     );
     let targets = own.targets.iter().map(|&(target, _)| super::Resource::Target(target)).collect();

@@ -36,9 +36,7 @@ impl RowName {
     pub(crate) const FOUND_TO_HOST: Self = Self::Own("found-to-host");
 }
 
-const COLOR_LOAD: Use = Use::new(S::COLOR_ATTACHMENT_OUTPUT, A::COLOR_ATTACHMENT_READ);
 const COLOR_WRITE: Use = Use::new(S::COLOR_ATTACHMENT_OUTPUT, A::COLOR_ATTACHMENT_WRITE);
-const DEPTH_LOAD: Use = Use::new(S::EARLY_FRAGMENT_TESTS, A::DEPTH_STENCIL_ATTACHMENT_READ);
 const DEPTH_CLEAR: Use = Use::new(S::EARLY_FRAGMENT_TESTS, A::DEPTH_STENCIL_ATTACHMENT_WRITE);
 const DEPTH_STORE: Use = Use::new(S::LATE_FRAGMENT_TESTS, A::DEPTH_STENCIL_ATTACHMENT_WRITE);
 
@@ -246,9 +244,8 @@ fn visits(plan: &FramePlan, stops: &[Stop], resource: Resource) -> Vec<Visit> {
         // Each map that is drawn is cleared, also one that another frame has drawn: readers do not come before who draws it.
         let is_loaded = index > 0;
         let load = match (is_depth, is_loaded) {
-            (true, true) => DEPTH_LOAD,
+            (_, true) => touches[0].load(),
             (true, false) => DEPTH_CLEAR,
-            (false, true) => COLOR_LOAD,
             (false, false) => COLOR_WRITE,
         };
         let store = if is_depth { DEPTH_STORE } else { COLOR_WRITE };

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
+use afterlight::gpu::barrier::Half;
 use afterlight::gpu::{Arguments, Barrier, Command};
 use afterlight_lab::report::commands::{ActingRow, Attachment, ExplainedCommand, is_structure};
 
@@ -111,7 +112,13 @@ impl<'a> Blocks<'a> {
 
     fn barrier(&mut self, barrier: &'a Barrier, why: &str) -> String {
         let mut text = String::new();
-        if !barrier.row.is_empty() && !self.seen.insert(barrier.row) {
+        if let Some((half, [from, to])) = barrier.handed {
+            // Both halves of a row have masks of their own.
+            let _ = match half {
+                Half::Release => writeln!(text, "    release: the {} gives it to the {}", from.name(), to.name()),
+                Half::Acquire => writeln!(text, "    acquire: the {} takes it from the {}", to.name(), from.name()),
+            };
+        } else if !barrier.row.is_empty() && !self.seen.insert(barrier.row) {
             return text;
         }
         // All parts of a row have its accesses.

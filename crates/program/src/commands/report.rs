@@ -28,6 +28,9 @@ struct BarrierReport {
     row: &'static str,
     src_stages: String,
     dst_stages: String,
+    /// `release` or `acquire`, of an ownership transfer.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    half: Option<String>,
     parts: Vec<BarrierPartReport>,
 }
 
@@ -80,6 +83,7 @@ impl BarrierReport {
             row: barrier.row,
             src_stages: flags(&barrier.src_stages),
             dst_stages: flags(&barrier.dst_stages),
+            half: barrier.handed.map(|(half, _)| format!("{half:?}").to_lowercase()),
             parts: barrier.parts.iter().map(part).collect(),
         }
     }
