@@ -1,7 +1,7 @@
 //! The device, as far as plans depend on it.
 
 use super::CostModel;
-use crate::gpu::Support;
+use crate::gpu::lack::Support;
 use crate::scene::BlockFormat;
 
 /// The device's capabilities that a plan depends on.

@@ -53,13 +53,6 @@ pub(super) fn queues(settings: &Settings, device: &Capabilities) -> Result<Other
     }
 }
 
-impl FramePlan {
-    /// Returns true if ambient occlusion is computed on a queue of its own.
-    pub fn computes_beside(&self) -> bool {
-        self.queues.compute && self.has_ao()
-    }
-}
-
 /// Refuses local read on devices without it. What the frame's draws read, their list knows (`src/frame/list/local_read.rs`).
 ///
 /// # Errors
@@ -84,7 +77,7 @@ mod tests {
     use ash::khr;
 
     use super::*;
-    use crate::gpu::{Lack, Support};
+    use crate::gpu::lack::{Lack, Support};
     use crate::plan::samples;
 
     #[test]

@@ -14,8 +14,8 @@ use proc_macro2::{Delimiter, TokenStream, TokenTree};
 /// crates, by the names that the renderer gives them.
 const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("shaders", &[]),
-    // Decided once: nothing in it is worked out for a frame. Of `gpu` it knows the words of synchronization alone, which are values.
-    ("plan", &["scene", "shaders", "gpu/sync"]),
+    // Decided once: nothing in it is worked out for a frame. Of `gpu` it knows the words of synchronization and of what a device lacks alone, which are values.
+    ("plan", &["scene", "shaders", "gpu/sync", "gpu/lack"]),
     ("visible", &["plan", "scene", "shaders"]),
     ("targets", &["plan", "gpu", "scene"]),
     ("gpu_scene", &["visible", "plan", "gpu", "scene", "shaders"]),

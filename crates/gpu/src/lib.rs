@@ -38,6 +38,7 @@ mod image_formats;
 mod instance;
 mod instrumentation;
 mod journal;
+pub mod lack;
 #[cfg(feature = "caches")]
 pub mod manifests;
 mod memory;
@@ -70,9 +71,10 @@ pub use error::{Error, Result};
 pub use functions::Functions;
 pub use instance::{Instance, InstanceOptions, LayerInfo, LoaderInfo, Validation};
 pub use journal::{Arguments, Barrier, BarrierPart, Command};
+pub use lack::{Lack, Support};
 pub use memory::{HeapReport, KindReport, MemoryKind, MemoryReport};
 pub use message::{Message, MessageKind, MessageLog, Severity};
-pub use physical::{DeviceChoice, Lack, NewerFeatures, PhysicalDevice, Support, choose};
+pub use physical::{DeviceChoice, NewerFeatures, PhysicalDevice, choose};
 pub use roadmap::Roadmap;
 pub use submission::{Part, PartWait, SubmitOptions};
 #[cfg(feature = "present")]

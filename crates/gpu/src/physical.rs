@@ -15,6 +15,7 @@ use ash::vk;
 use super::device::{LOCAL_READ, SYNCHRONIZATION2};
 use super::error::{Doing, Error, Result};
 use super::instance::{InstanceHandles, fixed_text};
+use super::lack::{Lack, Support};
 use super::newer::{API_VERSION_1_4, UNIFIED_LAYOUTS, UnifiedLayoutsFeatures, Vulkan14Properties};
 use super::queues::QueueFamilies;
 
@@ -254,33 +255,6 @@ fn indexes_textures(
     features.shader_sampled_image_array_dynamic_indexing == vk::TRUE
         && indexing.shader_sampled_image_array_non_uniform_indexing == vk::TRUE
 }
-
-/// The requirement of a newer API that a device does not meet.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Lack {
-    /// An extension that it does not list.
-    Extension(&'static CStr),
-    /// A feature that it says it does not have.
-    Feature(&'static str),
-    /// An extension that it lists and does not open with.
-    Broken(&'static CStr),
-}
-
-impl fmt::Display for Lack {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Lack::Extension(name) => write!(f, "this device lacks {}", name.to_string_lossy()),
-            Lack::Feature(name) => write!(f, "this device lacks the feature {name}"),
-            Lack::Broken(name) => {
-                let name = name.to_string_lossy();
-                write!(f, "this device lists {name} and does not open with it, a fault of its driver or of a layer")
-            }
-        }
-    }
-}
-
-/// A newer API of a device, or the first requirement that is missing.
-pub type Support = Result<(), Lack>;
 
 /// The features of Vulkan 1.3 and 1.4 that frames may use, as extensions.
 ///

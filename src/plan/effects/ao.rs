@@ -170,6 +170,11 @@ impl FramePlan {
     pub fn has_ao(&self) -> bool {
         self.effects.ao.is_some()
     }
+
+    /// Returns true if passes run on the compute queue, beside the first: those of ambient occlusion are.
+    pub fn computes_beside(&self) -> bool {
+        self.queues.compute && self.has_ao()
+    }
 }
 
 #[cfg(test)]
