@@ -97,8 +97,8 @@ static CARRIED_FRAMES: &[CarriedFrames] = &[
         is_about: |mutant| {
             mutant.plan.passes == Passes::LocalRead && mutant.row.is_between_subpasses() && is_of_drawing(mutant)
         },
-        why: "the layer takes all that draws of one rendering do to colour and depth to be in rasterization order, also the drop of depth at its end. Local read orders \
-              draws by barriers alone where one reads what another wrote",
+        why: "the layer takes all that draws of one rendering do to colour and depth to be in rasterization order, also the drop of depth at its end, as the specification has it within a \
+              subpass. The proof counts each pass of a rendering by itself, and asks for the barrier",
     },
     CarriedFrames {
         is_of: |layer| layer > LAYER,
