@@ -13,7 +13,8 @@ use afterlight::frame::rows;
 use afterlight::gpu::vk;
 use afterlight::plan::{Encoding, FramePlan, PresentTarget, Transfer};
 use afterlight::scene::{
-    AlphaMode, LightPath, Local, Node, OpenOptions, Placement, Scene, Settings, Transparency, open,
+    AlphaMode, AmbientOcclusion, LightPath, Local, Node, OpenOptions, Placement, Queues, Scene, Settings, Transparency,
+    open,
 };
 use rayon::prelude::*;
 
@@ -302,7 +303,17 @@ fn the_documents_list_every_dependency_with_its_reason() {
     let local = Local::Parts(Placement::default());
     scene.motion.nodes.push(Node { name: "carrier".into(), parent: None, local, weights: Vec::new() });
     scene.objects[0].node = Some(0);
-    in_section("## Where frames are averaged over time\n", &scene, &Settings { taa: true, ..deferred });
+    in_section("## Where frames are averaged over time\n", &scene, &Settings { taa: true, ..deferred.clone() });
+    // And those between queues.
+    let occluded = Settings { ao: AmbientOcclusion::Ssao, ..deferred };
+    let one = rows(&scene, &occluded);
+    let mut between = rows(&scene, &Settings { queues: Queues::All, ..occluded });
+    between.retain(|row| !one.contains(row));
+    let text = document("docs/SYNCHRONIZATION.md");
+    let section = text.split("## On several queues\n").nth(1).expect("a section");
+    let listed: Vec<_> =
+        section.lines().take_while(|line| !line.starts_with("## ")).filter(|line| line.starts_with("| `")).collect();
+    assert_eq!(listed, between, "it should be\n{}", between.join("\n"));
 }
 
 /// The rows of frames that a window shows, which others have not.
