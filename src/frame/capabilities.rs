@@ -76,8 +76,8 @@ pub fn capabilities(device: &PhysicalDevice) -> Capabilities {
         local_read_depth: device.newer.local_read_depth,
         local_read_samples: device.newer.local_read_samples,
         unified_layouts: device.newer.unified_layouts,
-        compute_queue: device.family_of(Queue::Compute).is_some(),
-        transfer_queue: device.family_of(Queue::Transfer).is_some(),
+        compute_queue: device.queue_support(Queue::Compute),
+        transfer_queue: device.queue_support(Queue::Transfer),
         bc7: device.features.texture_compression_bc == vk::TRUE && samples(device, BlockFormat::Bc7),
         etc2: device.features.texture_compression_etc2 == vk::TRUE
             && [BlockFormat::Etc2Rgb8, BlockFormat::Etc2Rgb8A1, BlockFormat::Etc2Rgba8]

@@ -112,6 +112,16 @@ struct InFlight {
 }
 
 impl InFlight {
+    /// Begins or ends all recordings of the frame. If one fails, none of them stays open: the next frame in its place begins anew.
+    fn each_recording(&mut self, mut act: impl FnMut(&mut CommandBuffer) -> gpu::Result<()>) -> gpu::Result<()> {
+        let Self { cmd, before, .. } = self;
+        let done = before.iter_mut().chain([&mut *cmd]).try_for_each(&mut act);
+        if done.is_err() {
+            before.iter_mut().chain([cmd]).for_each(CommandBuffer::abandon);
+        }
+        done
+    }
+
     /// The times of a frame that is done, but for those that only a waiting caller knows.
     fn times(&self, device: &Device, found: Option<usize>) -> Result<FrameTimes, Error> {
         let stamps = match &self.times {
@@ -322,21 +332,19 @@ impl Renderer {
             self.poses[self.next].write(&self.world.pose.joints, &self.world.pose.weights)?;
         }
         let frame = &mut self.frames[self.next];
-        frame.cmd.begin_by(self.plan.sync)?;
-        frame.before.iter_mut().try_for_each(|part| part.begin_by(self.plan.sync))?;
+        frame.each_recording(|cmd| cmd.begin_by(self.plan.sync))?;
         let cmd = frame.cmd.raw;
         let before: Vec<_> = frame.before.iter().map(|part| part.raw).collect();
         let first_of = |queue| frame.before.iter().find(|part| part.queue == queue).map_or(cmd, |part| part.raw);
-        let begin = |times: &mut Timestamps, cmd| {
-            times.reset(cmd);
-            times.write(cmd, vk::PipelineStageFlags2::TOP_OF_PIPE, "begin");
-        };
         let (mut times, mut beside) = (frame.times.take(), frame.beside.take());
         if let Some(times) = &mut times {
-            begin(times, first_of(Queue::Graphics));
+            let cmd = first_of(Queue::Graphics);
+            times.reset(cmd);
+            times.write(cmd, vk::PipelineStageFlags2::TOP_OF_PIPE, "begin");
         }
         if let Some(times) = &mut beside {
-            begin(times, first_of(Queue::Compute));
+            // They begin when the queue has what it waits for.
+            times.reset(first_of(Queue::Compute));
         }
         let context = FrameContext {
             textures: &self.plan.textures,
@@ -481,8 +489,7 @@ impl Renderer {
     fn submit(&mut self, recorded: Recorded, around: &SubmitOptions) -> Result<(), Error> {
         let Recorded { camera, visible, stale_maps, pose, reprojection } = recorded;
         let frame = &mut self.frames[self.next];
-        frame.before.iter_mut().try_for_each(CommandBuffer::end)?;
-        frame.cmd.end()?;
+        frame.each_recording(CommandBuffer::end)?;
         frame.record_ms = milliseconds(frame.begun);
         let recorded = Instant::now();
         let plans = self.frame.parts();

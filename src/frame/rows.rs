@@ -36,7 +36,7 @@ pub(super) mod widened;
 
 pub(super) use host::FORMULA_WRITE;
 pub(super) use masks::SUPPORTED;
-pub use renamed::lack;
+pub use renamed::{in_windows, lack};
 use unreported_mutants::RowPart;
 pub(super) use waits::BarrierPosition;
 
@@ -312,7 +312,7 @@ impl Rows {
     }
 
     /// All but the row of this name. A render pass is then made without it. A barrier becomes one that orders nothing, so that a layout
-    /// that it changes is still changed.
+    /// that it changes is still changed; so does an ownership transfer, and a semaphore between queues is one that no command waits for.
     ///
     /// # Errors
     /// When there is no such row, or it cannot be dropped.

@@ -85,7 +85,7 @@ impl Simulation {
         let readers: Vec<_> =
             waiting(row).filter(|&place| find(place).is_some_and(|own| own.reads_of(producer, row))).collect();
         let Some(&reader) = readers.first() else { return Err(NoPicture(why_no_reader(row, find(row.to)))) };
-        if let Some((other, by)) = other_reader(&rows, &stops, (producer, name), &[]) {
+        if let Some((other, by)) = other_reader(&rows, &stops, (producer, name), &readers) {
             return Err(NoPicture(format!("{other} would find the same, though it waits by the row {by}")));
         }
         let mut earlier = vec![producer.place];

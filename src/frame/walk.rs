@@ -12,7 +12,7 @@ use super::render_passes::{BeginPass, RenderPasses};
 use super::rows::widened::EVERYTHING;
 use super::rows::{PassName, RowName, Rows, SyncKind};
 use super::simulation::Simulation;
-use crate::gpu::barrier::{self, ImageRange};
+use crate::gpu::barrier::{self, Half, ImageRange};
 use crate::gpu::{self, Buffer, Device, Image, PartWait, Queue, RecordedPass, Timestamps};
 use crate::gpu_scene::{CullingBuffers, GpuScene, PoseBuffer, ShadowAtlas, VisibilityLookup};
 use crate::passes::object::buffers;
@@ -141,7 +141,7 @@ impl Frame {
     /// The earlier part that a part waits for before these stages, if it does.
     pub(super) fn after(&self, part: &QueuePart) -> Option<PartWait> {
         let (earlier, row) = part.after?;
-        // An experiment may have no such row, and then nothing waits.
+        // Without the row an experiment waits at the bottom of the pipe: no command does, and yet the fence of the last part stands for all of them.
         Some((earlier, self.rows.find(row)?.after.stage))
     }
 
@@ -193,8 +193,16 @@ impl Frame {
                     }
                     last = Some(own.pass);
                 }
+                Step::HandOver(own) => {
+                    self.hand_over(frame, own);
+                    if own.half == Half::Acquire
+                        && own.queues[1] == Queue::Compute
+                        && let Some(times) = times
+                    {
+                        times.write(frame.cmd, vk::PipelineStageFlags2::COMPUTE_SHADER, "begin");
+                    }
+                }
                 // Steps after the picture are recorded where the picture is shown or copied.
-                Step::HandOver(own) => self.hand_over(frame, own),
                 Step::Commands(_) | Step::Presentation => {}
             }
         }

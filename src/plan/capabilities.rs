@@ -69,10 +69,10 @@ pub struct Capabilities {
     pub local_read_samples: bool,
     /// Images in GENERAL cost no time.
     pub unified_layouts: Support,
-    /// There is a queue that computes and does not draw, with semaphores that count.
-    pub compute_queue: bool,
-    /// There is a queue that only copies, likewise.
-    pub transfer_queue: bool,
+    /// A queue that computes and does not draw, with semaphores that count.
+    pub compute_queue: Support,
+    /// A queue that only copies, likewise.
+    pub transfer_queue: Support,
     /// BC7 can be sampled, with linear filtering.
     pub bc7: bool,
     /// Every format of ETC2 can be.
@@ -114,8 +114,8 @@ impl Capabilities {
             local_read_depth: true,
             local_read_samples: true,
             unified_layouts: Ok(()),
-            compute_queue: true,
-            transfer_queue: true,
+            compute_queue: Ok(()),
+            transfer_queue: Ok(()),
             bc7: true,
             etc2: true,
         }

@@ -1,6 +1,7 @@
 //! The ways in which Vulkan carries a frame's passes: render passes or rendering, the API of barriers, the layouts of images, the queues. The picture is the same.
 
 use super::{Capabilities, FramePlan, PlanError, Refusal};
+use crate::gpu::lack::Lack;
 use crate::gpu::sync::{Layouts, SyncVersion};
 use crate::scene::{self, ImageLayouts, Passes, Settings, SyncApi};
 
@@ -40,17 +41,19 @@ pub struct OtherQueues {
 }
 
 /// # Errors
-/// When the device has no queue beside the first.
+/// When the device has no queue beside the first, with what it lacks for one.
 pub(super) fn queues(settings: &Settings, device: &Capabilities) -> Result<OtherQueues, PlanError> {
-    let own = OtherQueues { compute: device.compute_queue, transfer: device.transfer_queue };
-    match settings.queues {
-        scene::Queues::One => Ok(OtherQueues::default()),
-        scene::Queues::All if own != OtherQueues::default() => Ok(own),
-        scene::Queues::All => {
-            let why = "this device has no queue beside the first that computes or copies alone, with VK_KHR_timeline_semaphore: ask for --queues one";
-            Err(Refusal::of("--queues all", why))
-        }
+    if settings.queues == scene::Queues::One {
+        return Ok(OtherQueues::default());
     }
+    let why = match (device.compute_queue, device.transfer_queue) {
+        (Err(Lack::Family(one)), Err(Lack::Family(other))) => {
+            format!("{}, and none for {other} alone", Lack::Family(one))
+        }
+        (Err(Lack::Family(_)), Err(lack)) | (Err(lack), Err(_)) => lack.to_string(),
+        (compute, transfer) => return Ok(OtherQueues { compute: compute.is_ok(), transfer: transfer.is_ok() }),
+    };
+    Err(Refusal::of("--queues all", format!("{why}: ask for --queues one")))
 }
 
 /// Refuses local read on devices without it. What the frame's draws read, their list knows (`src/frame/list/local_read.rs`).
@@ -77,7 +80,7 @@ mod tests {
     use ash::khr;
 
     use super::*;
-    use crate::gpu::lack::{Lack, Support};
+    use crate::gpu::lack::Support;
     use crate::plan::samples;
 
     #[test]
@@ -94,6 +97,14 @@ mod tests {
         let lacks = |lack| -> Support { Err(lack) };
         let by_sync = |lack| Capabilities { synchronization2: lacks(lack), ..Capabilities::ample() };
         let by_read = |lack| Capabilities { local_read: lacks(lack), ..Capabilities::ample() };
+        let on_all = Settings { queues: scene::Queues::All, ..Settings::default() };
+        let by_queues = |compute, transfer| Capabilities {
+            compute_queue: lacks(compute),
+            transfer_queue: lacks(transfer),
+            ..Capabilities::ample()
+        };
+        let (no_compute, no_copies) = (Lack::Family("compute"), Lack::Family("copies"));
+        let broken = Lack::Broken(khr::timeline_semaphore::NAME);
         let by_layouts = |lack| Capabilities { unified_layouts: lacks(lack), ..Capabilities::ample() };
         let cases = [
             (by_sync(Lack::Extension(sync)), &by_2, "lacks VK_KHR_synchronization2: ask for --sync 1"),
@@ -107,6 +118,13 @@ mod tests {
                 &unified,
                 "lacks the feature unifiedImageLayouts; images",
             ),
+            (
+                by_queues(no_compute, no_copies),
+                &on_all,
+                "has no queue family for compute alone, and none for copies alone: ask for --queues one",
+            ),
+            (by_queues(no_compute, broken), &on_all, "lists VK_KHR_timeline_semaphore and does not open with it"),
+            (by_queues(broken, no_copies), &on_all, "lists VK_KHR_timeline_semaphore and does not open with it"),
         ];
         for (device, settings, says) in cases {
             let told = refused(device, settings);

@@ -176,6 +176,27 @@ fn each_case_has_its_verdict_and_what_is_known_is_expected() {
     assert_eq!(results(&at("next/results.csv"))["good.loop"], "UnexpectedImprovement(Pass)");
 }
 
+#[test]
+fn pictures_that_are_said_to_be_alike_and_are_not_fail() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let suite = r#"
+[[case]]
+group = "alike"
+scene = "builtin:triangle"
+settings = "size=32x18"
+alike = "fxaa=on"
+each = { same = "fxaa=on", other = "fxaa=off" }
+"#;
+    fs::write(folder.path().join("own.toml"), suite).expect("written");
+    let run = ci(folder.path(), &["own.toml", "-o", "out"]);
+    assert_eq!(code(&run), Some(1), "{}", errors(&run));
+    let found = results(&folder.path().join("out/results.csv"));
+    assert_eq!((found["alike.same"].as_str(), found["alike.other"].as_str()), ("Pass", "Fail"));
+    assert!(folder.path().join("out/bundles/alike.other/picture-alike.png").exists());
+    let told = fs::read_to_string(folder.path().join("out/junit.xml")).expect("JUnit");
+    assert!(told.contains("the picture of fxaa=on differs in "), "{told}");
+}
+
 /// A driver may crash at the very end, after a verdict; and folders of others stay.
 #[test]
 #[cfg(unix)]

@@ -473,6 +473,25 @@ fn the_command_line_overrides_the_scene_file() {
 }
 
 #[test]
+fn render_passes_are_listed_with_the_bits_that_a_pixel_keeps_and_the_bytes_that_they_move() {
+    let folder = folder();
+    let passes = |more: &[&str]| {
+        let usual = ["inspect", "builtin:hall?detail=8", "--light-path", "loop", "--size", "96x54", "--json"];
+        let report: Value = serde_json::from_str(&succeed(folder.path(), &[&usual, more].concat())).expect("JSON");
+        let passes = report["render_passes"].as_array().expect("a list").clone();
+        let sum = |key: &str| passes.iter().map(|pass| pass[key].as_u64().expect("a number")).sum::<u64>();
+        let bits = passes.iter().map(|pass| pass["color_bits"].as_u64().expect("a number")).max();
+        (bits, [sum("loaded_bytes"), sum("stored_bytes")])
+    };
+    let pixels = 96 * 54;
+    // Three colours of 32 bits, and light of 64 or 32. Depth is none.
+    assert_eq!(passes(&[]), (Some(160), [0, 4 * pixels]));
+    assert_eq!(passes(&["--hdr-format", "b10g11r11"]), (Some(128), [0, 4 * pixels]));
+    // GEOMETRY stores depth, colours and light, LIGHTING loads and stores light again, and TONEMAP loads light.
+    assert_eq!(passes(&["--passes", "stored"]).1, [(16 + 8 + 8) * pixels, (16 + 8 + 8 + 4) * pixels]);
+}
+
+#[test]
 fn a_settings_file_wins_over_the_scene_file_and_other_options_over_it() {
     let folder = folder();
     let plain = "base = \"builtin:spheres?rows=2&columns=2\"\n";

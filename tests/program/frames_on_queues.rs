@@ -1,12 +1,15 @@
 //! Frames whose work goes to several queues, on the families that the layer of `tests/devices-layer` plays on any device: the bytes of one queue, and silent
 //! validation.
 
+use std::fs;
+
 use super::devices::LayerSetup;
+use crate::common::tries_all;
 
 /// The exit code, the picture, and what was told.
 fn draw(setup: &LayerSetup, profile: Option<&str>, arguments: &[&str]) -> (Option<i32>, Vec<u8>, String) {
-    // Two frames, so that the second one waits for the first on each queue.
-    let usual = ["render", "--size", "96x54", "--samples", "2", "--validate", "--output", "-"];
+    // Two frames are in flight, and later ones take their places.
+    let usual = ["render", "--size", "96x54", "--samples", "4", "--validate", "--output", "-"];
     let output = setup.run(profile, &[&usual[..], arguments].concat());
     (output.status.code(), output.stdout, String::from_utf8_lossy(&output.stderr).into_owned())
 }
@@ -33,6 +36,27 @@ fn frames_on_all_queues_are_those_of_one_to_the_byte() {
     }
 }
 
+/// The suite's cases, among them windows, which are fitted anew; and what the layer notices of a missing row between queues.
+#[test]
+fn the_suite_and_its_mutants_pass_on_all_queues() {
+    let setup = LayerSetup::new();
+    let run = |arguments: &[&str]| {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = folder.path().to_str().expect("UTF-8");
+        let output = setup.run(Some("queues"), &[&["ci"], arguments, &["--jobs", "2", "-o", path]].concat());
+        assert_eq!(output.status.code(), Some(0), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+        let results = fs::read_to_string(folder.path().join("results.csv")).expect("results");
+        results.lines().map(|line| line.split(',').nth(1).unwrap_or_default().to_owned()).collect::<Vec<_>>()
+    };
+    let passed = run(&["quick", "--only", r"^carriers\.(neighbours|window)-queues"]);
+    assert_eq!(passed.iter().filter(|status| *status == "Pass").count(), 3, "{passed:?}");
+    let few = r"\.(to-compute-queue|given-by-compute-queue)\.row\..*on-all-queues$";
+    let mutants = run(&["--mutants", "--only", if tries_all() { "on-all-queues$" } else { few }]);
+    let is_held = |status: &String| ["Pass", "ExpectedFail"].contains(&status.as_str());
+    assert!(mutants.len() > 3 && mutants[..].iter().all(is_held), "{mutants:?}");
+    assert!(mutants.iter().any(|status| status == "Pass"), "the layer has noticed nothing: {mutants:?}");
+}
+
 /// Most software drivers have one queue.
 #[test]
 fn a_device_with_one_queue_is_refused_more_of_them_by_name() {
@@ -45,7 +69,9 @@ fn a_device_with_one_queue_is_refused_more_of_them_by_name() {
         Some(0) => assert!(one == all, "another picture"),
         _ => assert!(
             code == Some(2)
-                && told.contains("--queues all: this device has no queue beside the first")
+                && told.contains(
+                    "--queues all: this device has no queue family for compute alone, and none for copies alone"
+                )
                 && told.contains("ask for --queues one"),
             "{told}"
         ),

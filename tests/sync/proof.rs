@@ -9,7 +9,7 @@ use afterlight::frame::rows::{self, Row, Rows, Side};
 use afterlight::gpu::sync::{Layouts, SyncVersion, Use};
 use afterlight::gpu::vk;
 use afterlight::plan::samples::{self, gbuffers};
-use afterlight::plan::{FramePlan, OUTPUT_PLAIN, OUTPUT_SRGB, PresentTarget};
+use afterlight::plan::{FramePlan, OUTPUT_PLAIN, OUTPUT_SRGB, OtherQueues, PresentTarget};
 use afterlight::scene::builtin::CATALOGUE;
 use afterlight::scene::{
     AmbientOcclusion, Fog, HdrFormat, ImageLayouts, Keep, LightPath, OptionalPart, Output, Passes, Queues, Reflections,
@@ -126,24 +126,30 @@ fn sample_plans_have_no_hazard_and_hardly_a_superfluous_row_stage_or_access() {
     plans.are_proved();
 }
 
-/// Ways to carry a plan's passes: render passes or rendering, the API's version, the layouts of images.
-const CARRIERS: [(Passes, SyncVersion, Layouts); 6] = [
-    (Passes::Stored, SyncVersion::One, Layouts::Optimal),
-    (Passes::LocalRead, SyncVersion::One, Layouts::Optimal),
-    (Passes::Subpasses, SyncVersion::Two, Layouts::Optimal),
-    (Passes::Subpasses, SyncVersion::One, Layouts::Unified),
-    (Passes::LocalRead, SyncVersion::Two, Layouts::Unified),
-    (Passes::Stored, SyncVersion::Two, Layouts::Unified),
+const ONE: OtherQueues = OtherQueues { compute: false, transfer: false };
+const ALL: OtherQueues = OtherQueues { compute: true, transfer: true };
+
+/// Ways to carry a plan's passes: render passes or rendering, the API's version, the layouts of images, the queues.
+const CARRIERS: [(Passes, SyncVersion, Layouts, OtherQueues); 9] = [
+    (Passes::Stored, SyncVersion::One, Layouts::Optimal, ONE),
+    (Passes::LocalRead, SyncVersion::One, Layouts::Optimal, ONE),
+    (Passes::Subpasses, SyncVersion::Two, Layouts::Optimal, ONE),
+    (Passes::Subpasses, SyncVersion::One, Layouts::Unified, ONE),
+    (Passes::LocalRead, SyncVersion::Two, Layouts::Unified, ONE),
+    (Passes::Stored, SyncVersion::Two, Layouts::Unified, ONE),
+    (Passes::Subpasses, SyncVersion::One, Layouts::Optimal, ALL),
+    (Passes::Stored, SyncVersion::Two, Layouts::Optimal, OtherQueues { transfer: false, ..ALL }),
+    (Passes::Subpasses, SyncVersion::Two, Layouts::Unified, OtherQueues { compute: false, ..ALL }),
 ];
 
 #[test]
 fn sample_plans_are_proved_in_each_way_to_carry_them() {
     let mut plans = Different::default();
     for (index, (name, plan)) in samples::of_every_kind().into_iter().enumerate() {
-        for &(passes, sync, layouts) in one_of(&CARRIERS, index) {
+        for &(passes, sync, layouts, queues) in one_of(&CARRIERS, index) {
             let mut plan = plan.clone();
-            (plan.passes, plan.sync, plan.layouts) = (passes, sync, layouts);
-            plans.add(&format!("{name}, {passes}, {sync:?}, {layouts:?}"), plan);
+            (plan.passes, plan.sync, plan.layouts, plan.queues) = (passes, sync, layouts, queues);
+            plans.add(&format!("{name}, {passes}, {sync:?}, {layouts:?}, {queues:?}"), plan);
         }
     }
     plans.are_proved();

@@ -133,6 +133,15 @@ impl CommandBuffer {
         Ok(())
     }
 
+    /// Drops an unfinished recording, if there is one, so that another can begin.
+    pub fn abandon(&mut self) {
+        let mut state = self.lock();
+        if state.phase == Phase::Recording {
+            // The next recording begins with a reset of the pool.
+            state.phase = Phase::Empty;
+        }
+    }
+
     /// The last submission, if it was submitted since it was recorded.
     pub fn last_ticket(&self) -> Option<Ticket> {
         self.lock().last

@@ -12,6 +12,8 @@ pub enum Lack {
     Feature(&'static str),
     /// An extension that it lists and does not open with.
     Broken(&'static CStr),
+    /// A queue family for this kind of work alone.
+    Family(&'static str),
 }
 
 impl fmt::Display for Lack {
@@ -23,6 +25,7 @@ impl fmt::Display for Lack {
                 let name = name.to_string_lossy();
                 write!(f, "this device lists {name} and does not open with it, a fault of its driver or of a layer")
             }
+            Lack::Family(work) => write!(f, "this device has no queue family for {work} alone"),
         }
     }
 }

@@ -7,6 +7,7 @@ use ash::vk;
 
 use super::device::Device;
 use super::error::{Error, Result};
+use super::lack::{Lack, Support};
 use super::physical::PhysicalDevice;
 
 /// A queue of a device.
@@ -28,6 +29,15 @@ impl Queue {
     /// Its place among the device's queues.
     pub(super) const fn index(self) -> usize {
         self as usize
+    }
+
+    /// What it does.
+    const fn work(self) -> &'static str {
+        match self {
+            Self::Graphics => "graphics",
+            Self::Compute => "compute",
+            Self::Transfer => "copies",
+        }
     }
 
     /// The name of the device's queue.
@@ -74,12 +84,23 @@ impl QueueFamilies {
 impl PhysicalDevice {
     /// The family of a queue, where the device has both.
     pub fn family_of(&self, queue: Queue) -> Option<u32> {
-        // Another queue is of no use without semaphores that count.
-        let other = |family: Option<u32>| family.filter(|_| self.newer.timeline_semaphore.is_ok());
+        self.queue_support(queue).ok().and_then(|()| self.listed_family(queue))
+    }
+
+    /// Whether the device has a queue, and for those beside the first the semaphores that count: another queue is of no use without them.
+    pub fn queue_support(&self, queue: Queue) -> Support {
+        match (self.listed_family(queue), queue) {
+            (None, own) => Err(Lack::Family(own.work())),
+            (Some(_), Queue::Graphics) => Ok(()),
+            (Some(_), _) => self.newer.timeline_semaphore,
+        }
+    }
+
+    fn listed_family(&self, queue: Queue) -> Option<u32> {
         match queue {
             Queue::Graphics => self.queue_family,
-            Queue::Compute => other(self.families.compute),
-            Queue::Transfer => other(self.families.transfer),
+            Queue::Compute => self.families.compute,
+            Queue::Transfer => self.families.transfer,
         }
     }
 }

@@ -259,17 +259,22 @@ impl Device {
                 Ok(Ticket(serial))
             }
             Err(result) => {
-                if !around.parts.is_empty() {
-                    // Parts before the one that failed may be under way, and no fence stands for them. They wait for nothing that was not submitted.
-                    // SAFETY: the device is alive, and its queues are not used meanwhile, as that needs the lock.
-                    let _ = unsafe { self.raw.device_wait_idle() };
-                }
-                state.free.push(fence);
-                self.submissions.note_completed(&state);
                 let command = match sync {
                     SyncVersion::One => "vkQueueSubmit",
                     SyncVersion::Two => "vkQueueSubmit2",
                 };
+                if !around.parts.is_empty() {
+                    // Parts before the one that failed may be under way, and no fence stands for them. They wait for nothing that was not submitted.
+                    // SAFETY: the device is alive, and its queues are not used meanwhile, as that needs the lock.
+                    let idle = || unsafe { self.raw.device_wait_idle() }.doing("vkDeviceWaitIdle", &doing);
+                    if !settled(idle, || thread::sleep(PAUSE)) {
+                        // What they use stays: this submission never counts as done.
+                        state.pending.push_back((serial, Arc::new(fence)));
+                        return Err(Error::vulkan(command, doing(), result));
+                    }
+                }
+                state.free.push(fence);
+                self.submissions.note_completed(&state);
                 Err(Error::vulkan(command, doing(), result))
             }
         }
@@ -280,21 +285,22 @@ impl Device {
         let waited: Vec<PartWait> = around.parts.iter().filter_map(|part| part.after).chain(around.after).collect();
         let mut counts: Vec<Option<Point>> = Vec::new();
         let mut of_parts = Vec::new();
-        let wait = |counts: &[Option<Point>], after: Option<PartWait>| -> Vec<Point> {
-            let (index, stage) = after.unzip();
-            let count = index.and_then(|index| *counts.get(index)?);
-            count.zip(stage).map(|(count, stage)| Point { stage, ..count }).into_iter().collect()
+        let wait = |counts: &[Option<Point>], after: Option<PartWait>| -> Result<Vec<Point>> {
+            let Some((index, stage)) = after else { return Ok(Vec::new()) };
+            let lacks = || Error::Misuse(format!("part {index}, which is waited for, is not submitted before"));
+            let count = counts.get(index).ok_or_else(lacks)?;
+            Ok(count.map(|count| Point { stage, ..count }).into_iter().collect())
         };
         for (index, part) in around.parts.iter().enumerate() {
             let lacks = || Error::Misuse(format!("'{}' is for a queue that is not open", part.cmd.name()));
             let queue = state.queues[part.cmd.queue.index()].as_mut().ok_or_else(lacks)?;
             let count = waited.iter().any(|(own, _)| *own == index).then(|| queue.next()).flatten();
-            of_parts.push((queue.raw, wait(&counts, part.after), count.into_iter().collect()));
+            of_parts.push((queue.raw, wait(&counts, part.after)?, count.into_iter().collect()));
             counts.push(count);
         }
         let binary = |&(semaphore, stage): &(_, _)| Point { semaphore, value: None, stage };
         let mut waits: Vec<_> = around.waits.iter().map(binary).collect();
-        waits.extend(wait(&counts, around.after));
+        waits.extend(wait(&counts, around.after)?);
         let signals = around.signals.iter().map(|&semaphore| Point { semaphore, value: None, stage: ALL }).collect();
         Ok((of_parts, (state.queue(), waits, signals)))
     }
@@ -440,7 +446,7 @@ impl Device {
     /// Waits until nothing is under way before objects are destroyed that no ticket stands for. False where the driver
     /// could not wait, for lack of memory: then they have to stay, as something may use them.
     pub(super) fn settle(&self) -> bool {
-        settled(|| self.wait_for_all(), || thread::sleep(Duration::from_millis(20)))
+        settled(|| self.wait_for_all(), || thread::sleep(PAUSE))
     }
 
     /// Lets something use the queue that this module does not wrap, such as presenting, while nobody else does. It must not
@@ -450,6 +456,9 @@ impl Device {
         use_queue(self.submissions.lock().queue())
     }
 }
+
+/// Between two tries to wait where memory is short.
+const PAUSE: Duration = Duration::from_millis(20);
 
 /// Returns true if everything may be destroyed after a wait, which is tried again for a while where memory was short.
 fn settled(mut wait: impl FnMut() -> Result<()>, mut pause: impl FnMut()) -> bool {

@@ -53,8 +53,8 @@ pub struct UploadOrder {
 pub struct UploadHandover {
     /// The first scope of the release, and the second one of the acquire ([`hand_over`]).
     pub ownership: Dependency,
-    /// The stages that wait for the copies; none in an experiment without that wait.
-    pub wait: Option<vk::PipelineStageFlags2>,
+    /// The stages that wait for the copies.
+    pub wait: vk::PipelineStageFlags2,
 }
 
 impl UploadOrder {
@@ -387,11 +387,7 @@ impl Uploader {
                 (Some(after), Some(handover)) => {
                     after.end()?;
                     let parts = &[Part { cmd: &slot.cmd, after: None }];
-                    let around = SubmitOptions {
-                        parts,
-                        after: handover.wait.map(|stages| (0, stages)),
-                        ..SubmitOptions::default()
-                    };
+                    let around = SubmitOptions { parts, after: Some((0, handover.wait)), ..SubmitOptions::default() };
                     self.device.submit_with(after, &around)?;
                 }
                 _ => _ = self.device.submit(&slot.cmd)?,

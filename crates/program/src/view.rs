@@ -9,6 +9,7 @@ use std::process::{self, Child, Command, Stdio};
 
 use afterlight::frame::WHITE_NITS;
 use afterlight::frame::calibration::Calibration;
+use afterlight::frame::rows::Rows;
 use afterlight::frame::{self, HazardPicture, Picture, Pixels, plan_for, rows};
 use afterlight::gpu::{Instance, PhysicalDevice, Vsync, vk};
 use afterlight::scene::file::{Model, Origin, to_toml};
@@ -130,7 +131,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         if !args.without.is_empty() {
             let plan = plan_for(&device, &workload.scene, &settings).map_err(frame::Error::from)?;
             let table = rows::table(&plan);
-            args.without.iter().try_for_each(|name| drop::without(&plan, &table, name).map(|_| ()))?;
+            let shown = rows::in_windows(&plan).map(|plan| (rows::table(&plan), plan));
+            let has = |(table, plan): &(Rows, FramePlan), name: &str| drop::without(plan, table, name).is_ok();
+            let missing = args.without.iter().filter(|name| !shown.iter().any(|own| has(own, name)));
+            missing.take(1).try_for_each(|name| drop::without(&plan, &table, name).map(|_| ()))?;
         }
         let options = WindowOptions {
             icon: ICON,

@@ -460,6 +460,9 @@ impl<'a> App<'a> {
             self.teller.tell(&format!("warning: {why}"));
             window.request_redraw();
         }
+        for why in interface.take_lacking() {
+            self.teller.tell(&format!("warning: {why}"));
+        }
     }
 
     /// Sees to it that the next frame has a swapchain that suits the surface.

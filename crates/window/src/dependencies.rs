@@ -46,6 +46,8 @@ pub struct Dependencies {
     heard: usize,
     /// The rows, by their names, that the window begins without, and the picture of the first: until frames are made.
     asked: Option<(Vec<String>, Option<HazardPicture>)>,
+    /// Those of them that the frames do not have, until somebody is told.
+    lacking: Vec<String>,
     /// The rows that the frames are recorded without.
     left_out: BTreeSet<RowName>,
     /// The frames do not have the last change yet.
@@ -75,6 +77,7 @@ impl Dependencies {
             messages: Vec::new(),
             heard: 0,
             asked: (!without.is_empty()).then(|| (without.to_vec(), hazard)),
+            lacking: Vec::new(),
             left_out: BTreeSet::new(),
             has_change: false,
         }
@@ -90,13 +93,23 @@ impl Dependencies {
         self.has_change
     }
 
+    /// The rows that the window was to begin without and that its frames do not have, once.
+    pub fn take_lacking(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.lacking)
+    }
+
     /// Lists the rows of frames that were made.
     pub fn follow(&mut self, plan: &FramePlan) {
         let rows = table(plan);
         if let Some((names, hazard)) = self.asked.take() {
-            // The command line has checked the names against the rows that do not depend on the window.
-            let named: Vec<RowName> =
-                names.iter().filter_map(|name| Some(rows.named(name, |_| true).ok()?.name)).collect();
+            // A window may show frames that lack what those of another one have.
+            let mut named = Vec::new();
+            for name in names {
+                match rows.named(&name, |_| true) {
+                    Ok(row) => named.push(row.name),
+                    Err(_) => self.lacking.push(name),
+                }
+            }
             self.pictured = named.first().copied().zip(hazard);
             self.off.extend(named);
             self.has_change = true;

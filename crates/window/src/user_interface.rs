@@ -213,6 +213,12 @@ impl UserInterface {
         Some(why)
     }
 
+    /// What was asked for and the frames cannot be without, in sentences, once.
+    pub fn take_lacking(&mut self) -> Vec<String> {
+        let lacking = self.dependencies.take_lacking().into_iter();
+        lacking.map(|name| format!("--without {name}: the frames of this window have no such dependency")).collect()
+    }
+
     /// Leaves rows out of the frames, or draws their hazards, as the panel was told. True if the presenter must be fitted again.
     fn obey_dependencies(&mut self, presenter: &mut Presenter) -> bool {
         if self.dependencies.has_change() {

@@ -289,11 +289,13 @@ impl FrameModelBuilder<'_> {
         }
         self.program.command(PassName::HOST, &[(Memory::part(Resource::FrameData, place), BUFFER, HOST_WRITE)]);
         self.submit();
-        if self.plan.presented.is_some() {
-            self.acquire();
-        }
+        // The last part waits for the image of the swapchain.
+        let last_part = list.parts().last().map_or(0, |part| part.steps.start);
         let mut released = 0;
-        for step in &list.0 {
+        for (index, step) in list.0.iter().enumerate() {
+            if index == last_part && self.plan.presented.is_some() {
+                self.acquire();
+            }
             match step {
                 Step::RenderPass(name, _) => self.render_pass(passes, *name, turn, place),
                 // Without a window the copy is a submission of its own.

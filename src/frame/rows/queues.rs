@@ -107,7 +107,7 @@ impl Rows {
     /// The way of uploads from the transfer queue, if the plan copies there.
     pub(in crate::frame) fn upload_handover(&self) -> Option<UploadHandover> {
         let ownership = self.find(RowName::GIVEN_BY_TRANSFER_QUEUE)?.order();
-        let wait = self.find(RowName::FROM_TRANSFER_QUEUE).map(|row| row.after.stage);
+        let wait = self.find(RowName::FROM_TRANSFER_QUEUE)?.after.stage;
         Some(UploadHandover { ownership, wait })
     }
 }

@@ -65,11 +65,8 @@ pub(super) fn successor<'a>(table: &'a Rows, name: &str) -> Option<&'a Row> {
 
 /// The reason why a plan has no row of a name: the window or the pass that it lacks.
 pub fn lack(plan: &FramePlan, name: &str) -> Option<String> {
-    let format = vk::Format::B8G8R8A8_SRGB;
-    let encoding = Encoding { transfer: Transfer::Srgb, headroom: 1.0 };
-    let presented = [PresentTarget::Straight(format), PresentTarget::Enlarge(format), PresentTarget::Encode(encoding)];
-    let has = |target| super::table(&plan.clone().presented_as(target)).iter().any(|row| row.label == name);
-    if plan.presented.is_none() && presented.into_iter().any(has) {
+    let has = |plan: &FramePlan| super::table(plan).iter().any(|row| row.label == name);
+    if plan.presented.is_none() && in_windows(plan).iter().any(has) {
         return Some("no window".into());
     }
     let own = former_rows().find(|(former, _)| *former == name).map_or(name, |(_, patterns)| patterns[0]);
@@ -81,6 +78,14 @@ pub fn lack(plan: &FramePlan, name: &str) -> Option<String> {
             Presence::In(_) => None,
         }
     })
+}
+
+/// The same frames in a window, in each way for a picture to come there.
+pub fn in_windows(plan: &FramePlan) -> [FramePlan; 3] {
+    let format = vk::Format::B8G8R8A8_SRGB;
+    let encoding = Encoding { transfer: Transfer::Srgb, headroom: 1.0 };
+    [PresentTarget::Straight(format), PresentTarget::Enlarge(format), PresentTarget::Encode(encoding)]
+        .map(|target| plan.clone().presented_as(target))
 }
 
 /// A place as rows' names have it: `ao-denoise`.

@@ -4,7 +4,7 @@
 use std::fmt::Write as _;
 use std::sync::Arc;
 
-use afterlight::frame::rows::{self, Row, Rows};
+use afterlight::frame::rows::{self, PassName, Row, Rows, SyncKind};
 use afterlight::gpu::Device;
 use afterlight::scene::Settings;
 use afterlight_truth::measure::Distribution;
@@ -101,9 +101,11 @@ pub fn measure(args: &Args, workload: &Workload, device: &Arc<Device>) -> Result
     Ok(report)
 }
 
-/// Returns true for a row that measured frames record: a dependency of a render pass, or a barrier of a pass.
+/// Returns true for a row that measured frames record: a dependency of a render pass, a barrier of a pass, or a wait or a transfer between queues.
 fn is_of_frames(row: &Row) -> bool {
-    row.carrier.stays().is_none() && (row.carrier.is_render_pass() || !row.waiting.is_empty())
+    let is_between_queues = matches!(row.carrier, SyncKind::QueueSemaphore | SyncKind::Ownership(_));
+    let is_recorded = row.carrier.is_render_pass() || !row.waiting.is_empty();
+    row.carrier.stays().is_none() && (is_recorded || is_between_queues && row.from != PassName::UPLOAD)
 }
 
 impl FramesInTurn {

@@ -245,12 +245,22 @@ fn limits(device: &PhysicalDevice) -> Vec<(&'static str, String)> {
         ("--passes local-read", local_read(&capabilities(device))),
         ("--sync 2", supported(capabilities(device).synchronization2)),
         ("--layouts unified", supported(capabilities(device).unified_layouts)),
+        ("--queues all", queues(&capabilities(device))),
     ]
 }
 
 /// Names what is missing.
 fn supported(own: Support) -> String {
     own.map_or_else(|lack| format!("no: {lack}"), |()| "yes".into())
+}
+
+fn queues(device: &Capabilities) -> String {
+    match (device.compute_queue, device.transfer_queue) {
+        (Ok(()), Ok(())) => "yes".into(),
+        (Ok(()), Err(lack)) => format!("for compute: {lack}"),
+        (Err(lack), Ok(())) => format!("for uploads: {lack}"),
+        (Err(lack), Err(_)) => format!("no: {lack}"),
+    }
 }
 
 fn local_read(device: &Capabilities) -> String {

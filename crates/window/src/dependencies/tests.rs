@@ -93,6 +93,17 @@ fn rows_that_are_asked_for_are_off_and_a_row_without_a_picture_says_why() {
 }
 
 #[test]
+fn a_row_that_is_asked_for_and_not_there_is_told_once() {
+    let plan = plan();
+    let mut own = Dependencies::new(true, &["ao-to-ao-denoise".to_owned(), "geometry-to-lighting".to_owned()], None);
+    own.follow(&plan);
+    assert_eq!(own.off.len(), 1);
+    assert_eq!(own.take_lacking(), ["ao-to-ao-denoise"]);
+    own.follow(&plan);
+    assert!(own.take_lacking().is_empty());
+}
+
+#[test]
 fn frames_on_a_gpu_keep_their_rows_until_the_user_asks_otherwise() {
     let mut own = Dependencies::new(false, &[], None);
     assert!(!own.records && Dependencies::new(true, &[], None).records);
