@@ -258,11 +258,11 @@ fn what_a_device_lacks_for_a_carrier_is_refused_by_name() {
 #[test]
 fn local_read_of_samples_into_one_is_refused_on_any_device() {
     let (_, scene, plain) = frames().swap_remove(0);
-    let told = |resolve| {
-        let settings = Settings { passes: Passes::LocalRead, msaa: 4, bloom: 0.2, resolve, ..plain.clone() };
+    let told = |resolve, bloom| {
+        let settings = Settings { passes: Passes::LocalRead, msaa: 4, bloom, resolve, ..plain.clone() };
         plan_with(&Capabilities::ample(), &scene, &settings).err().map(|error| error.to_string()).unwrap_or_default()
     };
-    let linear = told(Resolve::Linear);
+    let linear = told(Resolve::Linear, 0.2);
     assert!(linear.contains("TONEMAP reads attachments of 4 samples a pixel and draws 1"), "{linear}");
-    assert_eq!(told(Resolve::ToneMapped), "", "TONEMAP draws samples, and they are resolved at the end");
+    assert_eq!(told(Resolve::ToneMapped, 0.0), "", "TONEMAP draws samples, and they are resolved at the end");
 }

@@ -12,6 +12,7 @@ use afterlight::frame::calibration::Calibration;
 use afterlight::frame::rows::Rows;
 use afterlight::frame::{self, HazardPicture, Picture, Pixels, plan_for, rows};
 use afterlight::gpu::{Instance, PhysicalDevice, Vsync, vk};
+use afterlight::plan::FramePlan;
 use afterlight::scene::file::{Model, Origin, to_toml};
 use afterlight::scene::{Camera, CameraPath, Scene, SettingsPatch, counted};
 use afterlight_window::{Error, ReadAgain, ShaderFolder, Summary, WindowOptions, WindowSystem, help};
