@@ -188,10 +188,8 @@ fn is_between_queues(mutant: &Mutant) -> bool {
     };
     let row = &mutant.row;
     let is_transfer = matches!(row.carrier, SyncKind::Ownership(_));
-    // Passes of the first queue may wait by the same row, by stages of their own.
-    let waits_there = row.waiting.iter().all(beside)
-        || bits(mutant).is_some_and(|(side, stage, _)| side == Side::After && S::COMPUTE_SHADER.contains(stage));
-    is_transfer || row.carrier.is_render_pass() && (beside(&row.from) || row.waiting.iter().any(beside) && waits_there)
+    // What waits by such a row on the first queue comes after the transfer back.
+    is_transfer || row.carrier.is_render_pass() && (beside(&row.from) || row.waiting.iter().any(beside))
 }
 
 /// Returns true if a row before it in the frame lets another pass read what the same one wrote.
