@@ -133,7 +133,7 @@ impl Frame {
         self.render_passes.targets.find(plan.picture())
     }
 
-    /// The parts of each frame that go to one queue each. The last one goes to the first queue.
+    /// The parts of each frame that go to one queue each. The last one goes to the graphics queue.
     pub(super) fn parts(&self) -> &[QueuePart] {
         &self.parts
     }

@@ -17,7 +17,7 @@ fn draw(setup: &LayerSetup, profile: Option<&str>, arguments: &[&str]) -> (Optio
 fn frames_on_all_queues_are_those_of_one_to_the_byte() {
     let setup = LayerSetup::new();
     let frames: [&[&str]; 5] = [
-        // Shadow maps, air and particles run beside ambient occlusion, and textures with levels come from the queue for copies.
+        // Shadow maps, air and particles run beside ambient occlusion, and textures with levels come from the transfer queue.
         &["builtin:hall", "--ao", "ssao", "--fog", "froxels"],
         &["builtin:hall", "--ao", "bitmask", "--light-path", "compute", "--sync", "2"],
         &["builtin:hall", "--ao", "ssao", "--passes", "stored", "--reflections", "screen"],

@@ -41,7 +41,7 @@ pub(super) struct Span {
 }
 
 impl Span {
-    /// On the first queue.
+    /// On the graphics queue.
     pub(super) const fn between(from: Time, until: Time) -> Self {
         Self { from, until, queues: QueueSet::FIRST }
     }

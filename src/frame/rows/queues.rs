@@ -66,7 +66,7 @@ fn of_frame(own: &HandOver) -> [Row; 2] {
         (stages(uses), uses, why)
     } else {
         let why =
-            "the first queue's family owns it again, with what was written: rows of its next users go on from here";
+            "the graphics queue's family owns it again, with what was written: rows of its next users go on from here";
         (uses, stages(uses).or(read_on), why)
     };
     let waits = semaphore(
@@ -84,7 +84,7 @@ fn of_frame(own: &HandOver) -> [Row; 2] {
     [waits, given]
 }
 
-/// Those of uploads that a queue for copies makes.
+/// Those of uploads by the transfer queue.
 pub(super) fn of_uploads(plan: &FramePlan) -> Vec<Row> {
     let uploads = plan.uploads;
     if !plan.queues.transfer || !(uploads.textures || uploads.vertices || uploads.volumes) {

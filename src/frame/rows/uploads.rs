@@ -40,7 +40,7 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Row> {
         );
     }
     let written = if uploads.mip_levels { LEVEL_WRITE } else { COPY_WRITE };
-    // A queue for copies makes no blits.
+    // The transfer queue makes no blits.
     let first = if plan.queues.transfer { COPY_WRITE } else { written };
     if uploads.textures {
         rows.push(

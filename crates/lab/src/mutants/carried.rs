@@ -188,7 +188,7 @@ fn is_between_queues(mutant: &Mutant) -> bool {
     };
     let row = &mutant.row;
     let is_transfer = matches!(row.carrier, SyncKind::Ownership(_));
-    // What waits by such a row on the first queue comes after the transfer back.
+    // What waits by such a row on the graphics queue comes after the transfer back.
     is_transfer || row.carrier.is_render_pass() && (beside(&row.from) || row.waiting.iter().any(beside))
 }
 

@@ -304,8 +304,8 @@ settings! {
         "layouts", "layouts" => layouts: ImageLayouts = ImageLayouts::Optimal, {
             title: "layouts", in_panel: false, sweep: SweepMode::Alone, cheaper: &["unified"],
         }
-        /// Use one queue of the device, or those beside it (all): ambient occlusion then runs beside the shadow maps, and uploads are copied by a queue for
-        /// copies; the picture is the same
+        /// Use one queue of the device, or those beside it (all): ambient occlusion then runs beside the shadow maps, and uploads are copied on the transfer
+        /// queue; the picture is the same
         "queues", "queues" => queues: Queues = Queues::One, {
             title: "queues", in_panel: false, sweep: SweepMode::Alone, cheaper: &["all"],
         }
