@@ -69,7 +69,7 @@ pub(super) enum OrderEntry {
     DrawApart(&'static [&'static Pass]),
     /// A pass outside of render passes.
     Run(&'static Pass),
-    /// The same, on a queue of its own where the plan has one.
+    /// The same, on the compute queue where the plan has one.
     RunBeside(&'static Pass),
     /// A pass outside of render passes, left out of frames in which deformed objects have the pose that they had in the frame before.
     RunPosed(&'static Pass),

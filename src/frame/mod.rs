@@ -343,7 +343,7 @@ impl Renderer {
             times.write(cmd, vk::PipelineStageFlags2::TOP_OF_PIPE, "begin");
         }
         if let Some(times) = &mut beside {
-            // They begin when the queue has what it waits for.
+            // Its first time is written after the acquire.
             times.reset(first_of(Queue::Compute));
         }
         let context = FrameContext {

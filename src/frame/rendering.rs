@@ -152,7 +152,7 @@ fn record_barriers((device, cmd): (&Device, vk::CommandBuffer), images: &[Render
 /// The barriers before or after rendering that carry out one row.
 #[derive(Debug, Clone)]
 pub struct AroundRendering {
-    /// None for changes of layouts that no row orders.
+    /// None for a change of layout without a row.
     pub row: Option<Row>,
     /// The indices of the attachments whose layouts change by it.
     pub changed: Vec<usize>,

@@ -268,7 +268,7 @@ fn sources(rows: &Rows, stops: &[Stop], producer: &Stop, own: RowName) -> Result
     Ok(places)
 }
 
-/// The reason why no pass of the frame writes what a row orders.
+/// Why a row has no writer among the passes of the frame.
 fn why_no_producer(row: &Row) -> String {
     let is_once = |place: PassName| ONCE.iter().any(|(once, _)| *once == place);
     match row.from {

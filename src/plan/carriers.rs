@@ -41,7 +41,7 @@ pub struct OtherQueues {
 }
 
 /// # Errors
-/// When the device has no queue beside the first, with what it lacks for one.
+/// With the requirement that the device lacks.
 pub(super) fn queues(settings: &Settings, device: &Capabilities) -> Result<OtherQueues, PlanError> {
     if settings.queues == scene::Queues::One {
         return Ok(OtherQueues::default());

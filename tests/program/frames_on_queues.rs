@@ -5,7 +5,7 @@ use std::fs;
 
 use super::devices::LayerSetup;
 
-/// The exit code, the picture, and what was told.
+/// The exit code, the picture, and the standard error.
 fn draw(setup: &LayerSetup, profile: Option<&str>, arguments: &[&str]) -> (Option<i32>, Vec<u8>, String) {
     // Two frames are in flight, and later ones take their places.
     let usual = ["render", "--size", "96x54", "--samples", "4", "--validate", "--output", "-"];

@@ -28,7 +28,7 @@ fn passes_are_recorded_in_the_order_of_the_list() {
     on_gpu(|gpu| {
         let mut orders = BTreeSet::new();
         let device = capabilities(&gpu.device.physical);
-        // Passes on another queue have times of their own.
+        // Times of passes on another queue are read apart.
         let is_drawn = |case: &&MutantCase| {
             case.presented.is_none() && case.is_for(&device) && case.settings.queues == Queues::One
         };

@@ -114,14 +114,14 @@ pub fn buffer_barriers(device: &Device, cmd: vk::CommandBuffer, buffers: &[&Buff
 /// A half of an ownership transfer, each in its own queue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Half {
-    /// On the queue that has used the contents: what was written there is available when its first scope is over.
+    /// The giving queue records it: what was written there is available after its first scope.
     Release,
     /// On the queue that uses them next, after a semaphore that was signalled after the release.
     Acquire,
 }
 
 impl Half {
-    /// The scopes of this half's barrier, of those of the whole transfer.
+    /// The scopes of this half's barrier.
     pub const fn scopes(self, order: Dependency) -> Dependency {
         let Dependency { row, before, after } = order;
         match self {

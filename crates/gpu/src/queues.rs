@@ -87,7 +87,7 @@ impl PhysicalDevice {
         self.queue_support(queue).ok().and_then(|()| self.listed_family(queue))
     }
 
-    /// Whether the device has a queue, and for those beside the first the semaphores that count: another queue is of no use without them.
+    /// What the device lacks for a queue. Queues beside the graphics queue need timeline semaphores.
     pub fn queue_support(&self, queue: Queue) -> Support {
         match (self.listed_family(queue), queue) {
             (None, own) => Err(Lack::Family(own.work())),

@@ -457,7 +457,7 @@ impl Device {
     }
 }
 
-/// Between two tries to wait where memory is short.
+/// The pause between tries to wait where memory is short.
 const PAUSE: Duration = Duration::from_millis(20);
 
 /// Returns true if everything may be destroyed after a wait, which is tried again for a while where memory was short.

@@ -100,7 +100,7 @@ pub struct Uploader {
 
 struct StagingSlot {
     cmd: CommandBuffer,
-    /// What follows the copies on the queue that reads the data, where copies have a queue of their own.
+    /// What the graphics queue does after copies on the transfer queue.
     after: Option<CommandBuffer>,
     staging: Buffer,
     used: u64,
@@ -366,7 +366,7 @@ impl Uploader {
         Ok(slot.cmd.raw)
     }
 
-    /// The command buffer that goes on with what was copied, on the queue that reads it. Where copies have a queue of their own, that one hands it over.
+    /// The command buffer that acquires what was copied, on the queue that reads it. Where the transfer queue copies, it releases what it wrote.
     fn after_copies(&mut self, contents: Contents<'_>) -> Result<vk::CommandBuffer> {
         let copies = self.recording()?;
         let (Some(after), Some(handover)) = (&self.slots[self.current].after, self.order.handover) else {

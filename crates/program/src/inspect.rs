@@ -127,7 +127,7 @@ struct Inspection {
     gbuffer_bytes_per_pixel: u32,
     #[serde(flatten)]
     plan: PlanReport,
-    /// Without those of shadow maps, which draw only maps that have changed.
+    /// Those of shadow maps are left out: they draw only maps that have changed.
     render_passes: Vec<PassTraffic>,
     dependencies: Vec<RowReport>,
 }

@@ -46,7 +46,7 @@ pub struct Dependencies {
     heard: usize,
     /// The rows, by their names, that the window begins without, and the picture of the first: until frames are made.
     asked: Option<(Vec<String>, Option<HazardPicture>)>,
-    /// Those of them that the frames do not have, until somebody is told.
+    /// Names among them that the frames have no row for, until they are reported.
     lacking: Vec<String>,
     /// The rows that the frames are recorded without.
     left_out: BTreeSet<RowName>,
@@ -102,7 +102,7 @@ impl Dependencies {
     pub fn follow(&mut self, plan: &FramePlan) {
         let rows = table(plan);
         if let Some((names, hazard)) = self.asked.take() {
-            // A window may show frames that lack what those of another one have.
+            // Windows differ in the rows of their frames, as with `--hdr`.
             let mut named = Vec::new();
             for name in names {
                 match rows.named(&name, |_| true) {

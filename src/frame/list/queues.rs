@@ -1,4 +1,4 @@
-//! Steps on another queue: where the frame leaves one queue for another, and what goes with it.
+//! Steps on another queue, and the hand-overs of images to that queue and back.
 
 use std::ops::Range;
 
@@ -25,7 +25,7 @@ pub struct HandOver {
     pub targets: Vec<(Target, vk::ImageLayout)>,
     /// The uses of these images on the other queue.
     pub uses: Use,
-    /// On the way back the uses that wait for nothing that happens there: reads of what is only read there, in the same layout.
+    /// On the way back: reads of images that the other queue only reads, in the same layout. No row orders them, since both queues only read.
     pub read_on: Use,
 }
 
@@ -99,7 +99,7 @@ pub(super) fn add_hand_overs(plan: &FramePlan, steps: &mut Vec<Step>) {
     steps.insert(released, Step::HandOver(there));
 }
 
-/// The uses of an image by these steps up to the one that writes it or finds it in another layout: that one has a row of its own, which waits for all readers.
+/// The reads of an image by these steps, up to the first step that writes it or changes its layout: that step has a row of its own.
 fn reads(plan: &FramePlan, steps: &[Step], target: Target, layout: vk::ImageLayout) -> Vec<Use> {
     let own = |step: &Step| -> Vec<ResourceUse> {
         step.touches(plan).into_iter().filter(|touch| touch.resource == Resource::Target(target)).collect()

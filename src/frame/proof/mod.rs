@@ -175,7 +175,7 @@ enum Owner {
 impl Owner {
     /// The owner after a touch. The error says with whom the touch finds the contents.
     fn after(self, touch: &MemoryAccess) -> Result<Self, String> {
-        // The CPU and presentation have no family, and what is made for all families has no owner.
+        // The CPU and presentation have no family. A frame's data counts as shared by all: of it, passes on the compute queue read the camera alone, whose buffer is.
         let Some(queue) = touch.queue.filter(|_| touch.memory.resource != Resource::FrameData) else { return Ok(self) };
         let is_discarded =
             matches!(touch.kind, TouchKind::Transition { .. }) && touch.layout == vk::ImageLayout::UNDEFINED;

@@ -66,7 +66,7 @@ impl Consequence {
         Self { action: LaterAction::Find, who: who(touch), memory: noun(touch.memory), clause }
     }
 
-    /// Of contents that another queue owns.
+    /// Of a touch by a queue that does not own the memory.
     pub(super) fn of_owner(found: &str, touch: &MemoryAccess) -> Self {
         Self { action: LaterAction::Find, who: who(touch), memory: noun(touch.memory), clause: found.to_owned() }
     }

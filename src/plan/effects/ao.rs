@@ -171,7 +171,7 @@ impl FramePlan {
         self.effects.ao.is_some()
     }
 
-    /// Returns true if passes run on the compute queue, beside the first: those of ambient occlusion are.
+    /// Returns true if the passes of ambient occlusion run on the compute queue.
     pub fn computes_beside(&self) -> bool {
         self.queues.compute && self.has_ao()
     }

@@ -23,7 +23,7 @@ pub struct DeviceBelow {
     device: vk::Device,
     lazy: Option<LazyType>,
     pub tells_merging: bool,
-    /// The family below whose one queue stands for those of all played families. None where the queues are the real ones.
+    /// The family below whose one queue stands for those of all played families. None where no queues are played.
     pub real_family: Option<u32>,
 }
 

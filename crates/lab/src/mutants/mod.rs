@@ -58,7 +58,7 @@ impl MutantCase {
         !self.plan(device).is_err_and(|error| lacks(&error))
     }
 
-    /// The plan of its frames on a device, or on one that can do everything where this one lacks what carries them.
+    /// The plan of its frames on a device, or, where that lacks a requirement of the carrier, on a device that can do everything.
     ///
     /// # Errors
     /// As [`plan_with`].

@@ -58,7 +58,7 @@ pub fn verdict(layer: u32, mutant: &Mutant, broken: &BrokenRules) -> MutantVerdi
     }
 }
 
-/// The same of frames that are carried in another way than those by which the other reasons were found.
+/// The same of frames in another carrier than those with which the other reasons were found.
 fn of_carried(layer: u32, mutant: &Mutant, broken: &BrokenRules) -> MutantVerdict {
     if broken.anything() {
         return MutantVerdict::Noticed;

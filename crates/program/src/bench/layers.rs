@@ -106,7 +106,7 @@ pub fn measure(args: &Args, workload: &Workload) -> Result<BenchScene, Failure> 
     Ok(report)
 }
 
-/// An instance of its own; none where the layer has not the mode of checks that is asked for.
+/// An instance with these checks; none where the layer lacks that mode.
 fn open(validation: Validation, by_shaders: bool) -> Result<Option<Arc<Instance>>, Error> {
     let instance = Instance::new(&InstanceOptions { validation, sync_shader_heuristic: by_shaders, calibrated: true })?;
     Ok((!by_shaders || instance.sync_shader_heuristic()).then_some(instance))

@@ -22,7 +22,7 @@ use crate::workload::Workload;
 #[derive(Serialize)]
 pub struct OverSyncCosts {
     rows: Vec<WideCost>,
-    /// Dependencies that these frames do not record: those of uploads and of copies, and what is no barrier.
+    /// Dependencies that measured frames do not record: those of uploads and copies, fences, and the semaphores of a window.
     not_recorded: Vec<&'static str>,
 }
 
