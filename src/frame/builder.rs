@@ -5,9 +5,10 @@ use std::time::Instant;
 
 use ash::vk;
 
+use super::in_flight::InFlight;
 use super::list::{QueuePart, StepList};
 use super::rows::Rows;
-use super::{BuildContext, DrawCounts, Error, Frame, IN_FLIGHT, InFlight, Renderer, Timeline};
+use super::{BuildContext, DrawCounts, Error, Frame, IN_FLIGHT, Renderer, Timeline};
 use crate::gpu::{self, CommandBuffer, Device, Queue, Timestamps};
 use crate::gpu_scene::{
     CullingBuffers, GpuScene, Instances, PoseBuffer, ShadowAtlas, SortedIndices, UploadSource, ViewBuffers,

@@ -10,6 +10,7 @@ mod complexity;
 mod deferred;
 pub mod experiment;
 mod figures;
+mod in_flight;
 mod jitter;
 pub mod list;
 mod picture;
@@ -52,6 +53,7 @@ pub use triangles::triangles;
 pub(crate) use walk::BuildContext;
 
 use builder::RendererBuilder;
+use in_flight::InFlight;
 use rows::Rows;
 use simulation::earlier_camera;
 use timeline::Timeline;
@@ -62,10 +64,9 @@ use std::time::Instant;
 
 use ash::vk;
 
-use crate::gpu::{self, CommandBuffer, Device, Owned, Part, Queue, SubmitOptions, Ticket, Timestamps};
+use crate::gpu::{self, CommandBuffer, Device, Owned, Part, Queue, SubmitOptions};
 use crate::gpu_scene::{
-    CullingBuffers, FrameUniform, GpuScene, Instances, PoseBuffer, ShadowAtlas, SortedIndices, ViewBuffers,
-    VisibilityLookup,
+    CullingBuffers, FrameUniform, GpuScene, PoseBuffer, ShadowAtlas, SortedIndices, VisibilityLookup,
 };
 use crate::passes::FrameContext;
 use crate::passes::copy::Copy;
@@ -90,59 +91,6 @@ pub enum Error {
 impl From<scene::Error> for Error {
     fn from(error: scene::Error) -> Self {
         Self::Plan(error.into())
-    }
-}
-
-/// The resources of one frame in flight.
-struct InFlight {
-    cmd: CommandBuffer,
-    /// The parts of the frame before it, where several queues share its work.
-    before: Vec<CommandBuffer>,
-    /// Times of another queue.
-    beside: Option<Timestamps>,
-    view: ViewBuffers,
-    sorted: Option<SortedIndices>,
-    instances: Instances,
-    times: Option<Timestamps>,
-    ticket: Option<Ticket>,
-    begun: Instant,
-    record_ms: f64,
-    submit_ms: f64,
-    drawn: DrawCounts,
-}
-
-impl InFlight {
-    /// Begins or ends all recordings of the frame. If one fails, none of them stays open: the next frame in its place begins anew.
-    fn each_recording(&mut self, mut act: impl FnMut(&mut CommandBuffer) -> gpu::Result<()>) -> gpu::Result<()> {
-        let Self { cmd, before, .. } = self;
-        let done = before.iter_mut().chain([&mut *cmd]).try_for_each(&mut act);
-        if done.is_err() {
-            before.iter_mut().chain([cmd]).for_each(CommandBuffer::abandon);
-        }
-        done
-    }
-
-    /// The times of a frame that is done, but for those that only a waiting caller knows.
-    fn times(&self, device: &Device, found: Option<usize>) -> Result<FrameTimes, Error> {
-        let stamps = match &self.times {
-            Some(times) => times.read()?,
-            None => Vec::new(),
-        };
-        let on_cpu = device.physical.kind == vk::PhysicalDeviceType::CPU;
-        let beside = match &self.beside {
-            Some(times) => times.read()?,
-            None => Vec::new(),
-        };
-        let between = |pair: &[(String, f64)]| (pair[1].0.clone(), pair[1].1 - pair[0].1);
-        let passes = stamps.windows(2).chain(beside.windows(2)).map(between);
-        Ok(FrameTimes {
-            record_ms: self.record_ms,
-            submit_ms: self.submit_ms,
-            wall_ms: 0.0,
-            gpu_ms: stamps.last().map(|(_, ms)| *ms),
-            passes: if on_cpu { Vec::new() } else { passes.collect() },
-            drawn: DrawCounts { found, ..self.drawn },
-        })
     }
 }
 

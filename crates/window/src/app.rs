@@ -30,7 +30,7 @@ use super::recorder::Recorder;
 use super::resolution::Resolution;
 use super::user_interface::UserInterface;
 use super::watch::Watch;
-use super::{Error, WindowOptions, surface_of};
+use super::{DrawnWindow, Error, WindowOptions, drawn, surface_of};
 use afterlight::frame::{self, FitOutcome, Outcome, Presenter};
 use afterlight::gpu::{self, Device, Fit, Vsync, vk};
 use afterlight::passes::overlay::Panels;
@@ -50,6 +50,9 @@ struct Opened {
     interface: UserInterface,
     // Before the window: a surface that it still holds would outlive it.
     presenter: Presenter,
+    /// The window for the driver. A lost surface is replaced by one of the same connection: Mesa knows connections by their addresses, and a new one may have
+    /// the address of one that was closed. Mesa would then not ask it again which extensions it has, and its requests would fail.
+    drawn: Arc<DrawnWindow>,
     window: Arc<Window>,
 }
 
@@ -205,7 +208,8 @@ impl<'a> App<'a> {
         let attributes = WindowAttributesExtWayland::with_name(attributes, "afterlight", "afterlight");
         let window = events.create_window(attributes).map_err(|error| Error::System(error.to_string()))?;
         let window = Arc::new(window);
-        let surface = surface_of(&self.device, &window)?;
+        let drawn = drawn(&window)?;
+        let surface = surface_of(&self.device, &drawn)?;
         let mut presenter =
             Presenter::new(&self.device, surface, &self.live.scene, &self.live.settings, self.options.vsync)?;
         if let Some(nits) = self.options.hdr {
@@ -224,7 +228,7 @@ impl<'a> App<'a> {
             // They were printed when the scene was read.
             self.teller.show(&format!("warning: {warning}"));
         }
-        self.opened = Some(Opened { presenter, window, interface });
+        self.opened = Some(Opened { interface, presenter, drawn, window });
         self.ask_for_frame();
         Ok(())
     }
@@ -271,7 +275,7 @@ impl<'a> App<'a> {
     fn show_panels(&mut self, now: Instant, sign: Option<&str>) -> Option<Panels> {
         let (background, due) = self.background_work(now);
         let notes = self.teller.notes(now, sign.or(background));
-        let Opened { window, presenter, interface } = self.opened.as_mut()?;
+        let Opened { window, presenter, interface, .. } = self.opened.as_mut()?;
         let camera = *self.control.camera();
         interface.listen(&camera);
         let known = (&mut *presenter, &self.clock);
@@ -321,7 +325,7 @@ impl<'a> App<'a> {
     }
 
     fn present(&mut self, now: Instant, mut panels: Option<Panels>, copies: CopyPurposes) -> Result<(), Error> {
-        let Some(Opened { window, presenter, interface }) = &mut self.opened else { return Ok(()) };
+        let Some(Opened { window, presenter, interface, .. }) = &mut self.opened else { return Ok(()) };
         let (camera, copied) = (*self.control.camera(), copies.kept || copies.compared);
         presenter.divide_at(interface.divider.at());
         if let Some(panels) = &mut panels {
@@ -422,7 +426,9 @@ impl<'a> App<'a> {
     }
 
     fn fit_or_take_back(&mut self, size: [u32; 2]) -> Result<FitOutcome, Error> {
-        let Some(Opened { window, presenter, interface }) = &mut self.opened else { return Ok(FitOutcome::Nothing) };
+        let Some(Opened { window, presenter, interface, .. }) = &mut self.opened else {
+            return Ok(FitOutcome::Nothing);
+        };
         let subject = &mut self.live;
         subject.come_near(self.control.camera());
         let drawn = interface.stepper().drawn_settings(&subject.settings);
@@ -447,7 +453,7 @@ impl<'a> App<'a> {
 
     /// Reports the respects in which frames differ from those asked for.
     fn tell_fitted(&mut self, is_first: bool) {
-        let Some(Opened { window, presenter, interface }) = &mut self.opened else { return };
+        let Some(Opened { window, presenter, interface, .. }) = &mut self.opened else { return };
         let told = presenter.shows_hdr();
         if self.options.hdr.is_some() && std::mem::replace(&mut self.told_hdr, told) != told && told == Some(false) {
             self.teller.tell("warning: this window has no --hdr: nothing in it is brighter than white");
@@ -481,9 +487,9 @@ impl<'a> App<'a> {
     }
 
     fn replace_surface(&mut self) -> Result<(), Error> {
-        if let Some(Opened { window, presenter, .. }) = &mut self.opened {
+        if let Some(Opened { drawn, presenter, .. }) = &mut self.opened {
             presenter.lose_surface();
-            presenter.replace_surface(surface_of(&self.device, window)?)?;
+            presenter.replace_surface(surface_of(&self.device, drawn)?)?;
             (self.unfit, self.misfit) = (true, true);
             self.teller.tell("warning: the window's surface was lost; frames go on with a new one");
         }

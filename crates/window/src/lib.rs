@@ -162,13 +162,26 @@ impl WindowSystem {
     }
 }
 
-/// A window's surface.
-fn surface_of(device: &Device, window: &Arc<Window>) -> Result<Arc<Surface>, Error> {
-    #[cfg(all(unix, not(target_vendor = "apple")))]
-    let drawn = Arc::new(x11::DrawnWindow::new(Arc::clone(window))?);
-    #[cfg(not(all(unix, not(target_vendor = "apple"))))]
-    let drawn = Arc::clone(window);
-    Ok(Surface::new(device, drawn)?)
+/// A window as a driver knows it.
+#[cfg(all(unix, not(target_vendor = "apple")))]
+type DrawnWindow = x11::DrawnWindow;
+#[cfg(not(all(unix, not(target_vendor = "apple"))))]
+type DrawnWindow = Window;
+
+/// A window for the driver. All of its surfaces are made of one such value.
+#[cfg(all(unix, not(target_vendor = "apple")))]
+fn drawn(window: &Arc<Window>) -> Result<Arc<DrawnWindow>, Error> {
+    Ok(Arc::new(DrawnWindow::new(Arc::clone(window))?))
+}
+
+#[cfg(not(all(unix, not(target_vendor = "apple"))))]
+fn drawn(window: &Arc<Window>) -> Result<Arc<DrawnWindow>, Error> {
+    Ok(Arc::clone(window))
+}
+
+/// A surface of a window.
+fn surface_of(device: &Device, drawn: &Arc<DrawnWindow>) -> Result<Arc<Surface>, Error> {
+    Ok(Surface::new(device, Arc::clone(drawn))?)
 }
 
 /// Returns winit's message without the place in its sources.

@@ -31,7 +31,7 @@ impl App<'_> {
         }
         let Some(sign) = self.long_work(now) else { return Ok(false) };
         let panels = self.show_panels(now, Some(&sign));
-        let Some(Opened { window, presenter, interface }) = &mut self.opened else { return Ok(false) };
+        let Some(Opened { window, presenter, interface, .. }) = &mut self.opened else { return Ok(false) };
         let mut panels = panels.unwrap_or_default();
         interface.send_textures(&mut panels, presenter);
         window.pre_present_notify();
