@@ -5,6 +5,7 @@
 
 mod check;
 pub(super) mod local_read;
+mod order;
 mod queues;
 
 use std::fmt;
@@ -21,6 +22,7 @@ use crate::passes::{
 };
 use crate::plan::{FramePlan, Part, PartGroup, PresentTarget, Target};
 use crate::scene::Passes;
+pub(super) use order::OrderEntry;
 pub use queues::{HandOver, QueuePart};
 
 /// Resolves samples into the output after the subpass that is the last to write them: reads them, and as their last user drops them.
@@ -59,24 +61,6 @@ impl fmt::Display for RenderPassName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} pass", self.0)
     }
-}
-
-/// A line of the frame's order.
-pub(super) enum OrderEntry {
-    /// Passes that draw in one subpass, which has the name of the first argument.
-    Draw(&'static Pass, &'static [&'static Pass]),
-    /// Passes that draw into images of another size, in a subpass each: a render pass of their own.
-    DrawApart(&'static [&'static Pass]),
-    /// A pass outside of render passes.
-    Run(&'static Pass),
-    /// The same, on the compute queue where the plan has one.
-    RunBeside(&'static Pass),
-    /// A pass outside of render passes, left out of frames in which deformed objects have the pose that they had in the frame before.
-    RunPosed(&'static Pass),
-    /// Ends a render pass where the plan asks for that.
-    SplitIf(fn(&FramePlan) -> bool),
-    /// Lines that stand here in some plans, and elsewhere in the others.
-    LinesIf(fn(&FramePlan) -> bool, &'static [OrderEntry]),
 }
 
 /// A part of the frame.
@@ -201,38 +185,6 @@ fn joins(plan: &FramePlan, subpass: &Subpass, drawn: &[Subpass]) -> bool {
         Passes::Stored => false,
     };
     is_with_them && !samples_any_of(subpass, drawn)
-}
-
-impl OrderEntry {
-    fn passes(&self) -> Vec<&'static Pass> {
-        match *self {
-            Self::Draw(_, passes) => passes.to_vec(),
-            Self::DrawApart(passes) => passes.to_vec(),
-            Self::Run(pass) | Self::RunBeside(pass) | Self::RunPosed(pass) => vec![pass],
-            Self::SplitIf(_) => Vec::new(),
-            Self::LinesIf(_, lines) => lines.iter().flat_map(Self::passes).collect(),
-        }
-    }
-
-    fn planned(&self, plan: &FramePlan) -> Vec<Planned> {
-        let run = |when, pass| commands(plan, when, pass, &[], &[]);
-        let one = match *self {
-            Self::Draw(place, passes) => subpass(plan, place.place, passes).map(Planned::Drawn),
-            Self::DrawApart(passes) => {
-                let drawn: Vec<_> = passes.iter().filter_map(|&pass| subpass(plan, pass.place, &[pass])).collect();
-                (!drawn.is_empty()).then_some(Planned::DrawnApart(drawn))
-            }
-            Self::Run(pass) => run(Condition::Always, pass).map(Planned::Recorded),
-            Self::RunBeside(pass) => run(Condition::Always, pass).map(|step| Planned::Recorded(step.beside(plan))),
-            Self::RunPosed(pass) => run(Condition::Posed, pass).map(Planned::Recorded),
-            Self::SplitIf(parts) => parts(plan).then_some(Planned::Split),
-            Self::LinesIf(stands, lines) if stands(plan) => {
-                return lines.iter().flat_map(|line| line.planned(plan)).collect();
-            }
-            Self::LinesIf(..) => None,
-        };
-        one.into_iter().collect()
-    }
 }
 
 /// The hardware resolves samples after the last subpass that draws them.

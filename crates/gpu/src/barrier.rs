@@ -114,7 +114,7 @@ pub fn buffer_barriers(device: &Device, cmd: vk::CommandBuffer, buffers: &[&Buff
 /// A half of an ownership transfer, each in its own queue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Half {
-    /// The giving queue records it: what was written there is available after its first scope.
+    /// Recorded on the queue that wrote the contents. It makes their writes available.
     Release,
     /// On the queue that uses them next, after a semaphore that was signalled after the release.
     Acquire,
@@ -134,8 +134,8 @@ impl Half {
 /// Images with the layout that they keep, and buffers.
 pub type Contents<'a> = (&'a [(ImageRange, vk::ImageLayout)], &'a [vk::Buffer]);
 
-/// Records a half of a transfer of contents from one queue's family to another's. `order` has the first scope of the release, and the second scope of the
-/// acquire, whose first scope has the same stages: a semaphore that those stages wait for comes before them. Records nothing if there are no contents.
+/// Records a half of a transfer of contents from one queue's family to another's. `order` has the source scope of the release and the destination scope of the
+/// acquire. The source stages of the acquire are its destination stages, which must also wait for the semaphore. Records nothing if there are no contents.
 pub fn hand_over(
     device: &Device,
     cmd: vk::CommandBuffer,

@@ -42,7 +42,7 @@ impl Buffer {
         Self::of(device, name, (size, usage), (location, kind), false)
     }
 
-    /// The same, read by all queues of the device: none of them owns it.
+    /// As [`Buffer::new`], but with `VK_SHARING_MODE_CONCURRENT`: all queue families of the device may read it without ownership transfers.
     ///
     /// # Errors
     /// As [`Buffer::new`].

@@ -29,7 +29,7 @@ struct RecordingState {
     last: Option<Ticket>,
 }
 
-/// A primary command buffer with a pool of its own, for one of the device's queues.
+/// A primary command buffer and its command pool, for one of the device's queues.
 ///
 /// Objects whose commands are recorded into it must be alive when it is submitted; from then on dropping them is safe.
 pub struct CommandBuffer {
@@ -50,7 +50,7 @@ impl CommandBuffer {
         Self::on(device, Queue::Graphics, name)
     }
 
-    /// The same for another queue.
+    /// An empty command buffer for this queue.
     ///
     /// # Errors
     /// [`Error::Unsupported`] on a device without that queue; running out of memory.

@@ -11,7 +11,7 @@ use super::physical::PhysicalDevice;
 /// A device that is open, with the features that it is open with.
 pub(super) struct Opened {
     pub raw: ash::Device,
-    /// Without the extensions that it does not open with.
+    /// The device, as one that does not list the extensions which it failed to open with.
     pub physical: PhysicalDevice,
     pub features: EnabledFeatures,
 }

@@ -52,7 +52,7 @@ pub struct PhysicalDevice {
     pub newer: NewerFeatures,
     /// Memory types and heaps.
     pub memory: vk::PhysicalDeviceMemoryProperties,
-    /// The device extensions, but for those of `broken`.
+    /// The device extensions that can be enabled: those of `broken` are left out.
     pub extensions: BTreeSet<String>,
     /// Extensions that the device lists and that it does not open with. Empty before it was opened.
     pub broken: Vec<&'static CStr>,
@@ -258,8 +258,8 @@ fn indexes_textures(
 
 /// The features of Vulkan 1.3 and 1.4 that frames may use, as extensions.
 ///
-/// A device counts as one that has them only where it lists the extensions by name, also from the version on that has them in its core: their functions are loaded by
-/// the extensions' names, and `ash` does not know those of Vulkan 1.4. Drivers of such versions list the extensions still.
+/// The device must list the extensions by name, even if its Vulkan version has them in core: functions are loaded by the extensions' names, and `ash` does not know
+/// the core names of Vulkan 1.4. Drivers still list promoted extensions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NewerFeatures {
     /// VK_KHR_synchronization2, and VK_KHR_create_renderpass2 for its masks in render passes.

@@ -1,7 +1,7 @@
 //! The queues of a device: one for everything, and where the device has them one for compute alone and one for copies alone.
 //!
-//! A family of its own owns what its queue uses of buffers and images that families do not share: contents go from one to another by a pair of barriers, one in
-//! either queue (specification, "Queue Family Ownership Transfer"). Each queue counts its submissions in a timeline semaphore, for which others wait.
+//! A buffer or image that is not `CONCURRENT` belongs to one queue family at a time. A release on the one queue and an acquire on the other give it to another family
+//! (specification, "Queue Family Ownership Transfer"). Each queue signals a timeline semaphore, whose values other queues wait for.
 
 use ash::vk;
 
@@ -26,7 +26,7 @@ impl Queue {
     /// All of them.
     pub const ALL: [Self; 3] = [Self::Graphics, Self::Compute, Self::Transfer];
 
-    /// Its place among the device's queues.
+    /// The index of this queue in [`Queue::ALL`].
     pub(super) const fn index(self) -> usize {
         self as usize
     }

@@ -57,7 +57,7 @@ pub(super) struct Submissions {
 }
 
 struct QueueState {
-    /// By [`Queue::index`], where the device has them.
+    /// Indexed by [`Queue::index`]; `None` for a queue that the device lacks.
     queues: [Option<CountingQueue>; 3],
     /// A thread that waits for a fence holds it too, and nobody resets it meanwhile.
     pending: VecDeque<(u64, Arc<vk::Fence>)>,
@@ -70,7 +70,7 @@ struct QueueState {
 #[derive(Clone, Copy)]
 pub(super) struct CountingQueue {
     pub(super) raw: vk::Queue,
-    /// None where the device has no other queue.
+    /// `None` on a device with one queue, where nothing waits for it.
     pub(super) timeline: Option<vk::Semaphore>,
     /// The last value that was or will be signalled.
     count: u64,
