@@ -16,7 +16,6 @@ pub mod list;
 mod picture;
 #[cfg(feature = "present")]
 mod present;
-pub mod proof;
 mod read_back;
 #[cfg(feature = "present")]
 mod rebuild;
@@ -26,7 +25,9 @@ mod simulation;
 #[doc(hidden)]
 pub mod render_pass;
 mod render_passes;
-mod rendering;
+// The proof models the barriers around rendering.
+#[doc(hidden)]
+pub mod rendering;
 #[cfg(feature = "present")]
 mod split;
 mod timeline;
@@ -75,7 +76,8 @@ use crate::scene::{self, Camera, Scene, Settings};
 use crate::visible::{Eye, MapDraw, Reprojection, STEPS, ShadowCache, Visible, World};
 
 /// While the device draws one frame, the CPU records the next.
-const IN_FLIGHT: usize = 2;
+#[doc(hidden)]
+pub const IN_FLIGHT: usize = 2;
 
 /// A renderer that could not be made, or a frame that could not be drawn.
 #[derive(Debug, thiserror::Error)]

@@ -4,7 +4,7 @@
 //! overlap and would hide each other's missing bits. Passes declare stages, accesses and layouts, and [`mod@waits`] makes rows of these; the others are written by hand
 //! here. [`table`] is a pure function of the plan. The render passes and the barriers are made from its value, a [`Rows`]. `afterlight inspect` prints it.
 //!
-//! [`super::proof`] computes that the rows suffice, and which of their parts others order as well. All of a renderer is made from the value, so another value makes another
+//! The crate `afterlight-proof` computes that the rows suffice, and which of their parts others order as well. All of a renderer is made from the value, so another value makes another
 //! renderer: with a row dropped, or one bit. `tests/sync/necessity.rs` compares the proof with a layer's reports in this way, and `afterlight inspect
 //! --drop` shows both.
 
@@ -28,16 +28,16 @@ mod prefilter;
 mod presentation;
 mod queues;
 mod renamed;
-pub(super) mod shadow;
-pub mod unreported_mutants;
+#[doc(hidden)]
+pub mod shadow;
 mod uploads;
 mod waits;
 pub(super) mod widened;
 
-pub(super) use host::FORMULA_WRITE;
-pub(super) use masks::SUPPORTED;
+pub use host::FORMULA_WRITE;
+#[doc(hidden)]
+pub use masks::SUPPORTED;
 pub use renamed::{in_windows, lack};
-use unreported_mutants::RowPart;
 pub(super) use waits::BarrierPosition;
 
 /// The Vulkan mechanism that carries a row.
@@ -167,6 +167,17 @@ impl fmt::Display for RowName {
             Self::ImageReuse(target) => f.pad(&format!("{}-reuse", image(target))),
         }
     }
+}
+
+/// The part of a row that is removed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RowPart {
+    /// All of it.
+    Row,
+    /// The reach across the samples of a pixel: the row becomes one by region.
+    AcrossSamples,
+    /// Some bits of one side.
+    Bits(Side, Use),
 }
 
 /// A row of the table.

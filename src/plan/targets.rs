@@ -124,12 +124,12 @@ impl Target {
     }
 
     /// The declaration of an effect's target.
-    pub(crate) fn own(self) -> Option<&'static OwnTarget> {
+    pub fn own(self) -> Option<&'static OwnTarget> {
         effects::targets().find(|own| own.target == self)
     }
 
     /// Returns true if it holds the picture: the output, or what an effect makes of it.
-    pub(crate) fn is_picture(self) -> bool {
+    pub fn is_picture(self) -> bool {
         self >= Self::Output
     }
 }

@@ -1,11 +1,9 @@
 //! The dependencies of every plan are enough, and nearly all of their parts are needed, by the specification's rules alone: no device, driver or layer is asked
-//! (`afterlight::frame::proof`).
+//! (`afterlight_proof`).
 
 use std::collections::{BTreeMap, HashSet};
 
-use afterlight::frame::proof::{FrameModel, is_superfluous};
-use afterlight::frame::rows::unreported_mutants::RowPart;
-use afterlight::frame::rows::{self, Row, Rows, Side};
+use afterlight::frame::rows::{self, Row, RowPart, Rows, Side};
 use afterlight::gpu::sync::{Layouts, SyncVersion, Use};
 use afterlight::gpu::vk;
 use afterlight::plan::samples::{self, gbuffers};
@@ -15,6 +13,7 @@ use afterlight::scene::{
     AmbientOcclusion, Fog, HdrFormat, ImageLayouts, Keep, LightPath, OptionalPart, Output, Passes, Queues, Reflections,
     Resolve, Scene, Settings, SyncApi, Transparency, View,
 };
+use afterlight_proof::{FrameModel, is_superfluous};
 
 use rayon::prelude::*;
 

@@ -4,14 +4,14 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use afterlight::frame::proof::{self, FrameModel, Hazard};
-use afterlight::frame::rows::unreported_mutants::{LAYER, RowPart, reason};
-use afterlight::frame::rows::{self, Row, Rows};
+use afterlight::frame::rows::{self, Row, RowPart, Rows};
 use afterlight::frame::{Picture, Pixels, plan_for};
 use afterlight::gpu::{DeviceChoice, Error, Message};
 use afterlight::plan::FramePlan;
 use afterlight::scene::{Settings, SettingsPatch, counted};
+use afterlight_lab::mutants::unreported::{LAYER, reason};
 use afterlight_lab::mutants::{Drawn, LayerDevice, NO_EXTENSIONS};
+use afterlight_proof::{FrameModel, Hazard};
 
 use super::args::{DeviceArgs, SettingsArgs};
 use super::compare::differing;
@@ -35,7 +35,7 @@ pub fn in_words(plan: &FramePlan, rows: &Rows) -> Vec<String> {
 }
 
 fn describe_hazards(hazards: &[Hazard]) -> Vec<String> {
-    proof::in_words(hazards.iter().map(|hazard| &hazard.consequence))
+    afterlight_proof::in_words(hazards.iter().map(|hazard| &hazard.consequence))
 }
 
 /// The row of this name.

@@ -2,15 +2,14 @@
 
 use std::fmt::Write as _;
 
-use afterlight::frame::proof::covered;
-use afterlight::frame::rows::unreported_mutants::RowPart;
-use afterlight::frame::rows::{self, Row, Rows, Side};
+use afterlight::frame::rows::{self, Row, RowPart, Rows, Side};
 use afterlight::frame::{LayoutChange, layout_changes};
 use afterlight::frame::{capabilities, plan_for};
 use afterlight::plan::FramePlan;
 use afterlight::scene::{Output, SettingsPatch, View};
 use afterlight_lab::mutants::{self, PartName, PresentPath};
 use afterlight_lab::report::graph;
+use afterlight_proof::covered;
 use serde::Serialize;
 
 use super::args::{DeviceArgs, SettingsArgs, samples, value};

@@ -9,12 +9,12 @@ use std::path::Path;
 use egui::{Align2, Context, ScrollArea, pos2};
 
 use self::content::{open_file, show_label};
-use afterlight::frame::proof::{FrameModel, in_words};
 use afterlight::frame::rows::{Row, RowName, Rows, table};
 use afterlight::frame::{Error, HazardPicture, Presenter, Simulation};
 use afterlight::gpu::{Instance, Message, Validation};
 use afterlight::passes::{ONCE, PassName};
 use afterlight::plan::FramePlan;
+use afterlight_proof::{FrameModel, in_words};
 
 /// Points above the panel, for the label of a simulated picture: up to three lines.
 const TOP: f32 = 72.0;

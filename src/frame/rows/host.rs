@@ -6,20 +6,20 @@ use super::{PassName, Row, RowName, SyncKind, row};
 use crate::gpu::sync::{DEVICE_ACCESS, HOST_WRITE, Use};
 use crate::passes::copy;
 
+#[allow(missing_docs, reason = "a name says which row, and the row itself says why it is there")]
 impl RowName {
-    pub(crate) const HOST_TO_FRAME: Self = Self::Own("host-to-frame");
-    pub(crate) const FRAME_TO_HOST: Self = Self::Own("frame-to-host");
-    pub(crate) const LAST_USE_TO_DESTROY: Self = Self::Own("last-use-to-destroy");
+    pub const HOST_TO_FRAME: Self = Self::Own("host-to-frame");
+    pub const FRAME_TO_HOST: Self = Self::Own("frame-to-host");
+    pub const LAST_USE_TO_DESTROY: Self = Self::Own("last-use-to-destroy");
     /// Makes the copy of a picture visible to the CPU.
     pub const PICTURE_TO_HOST: Self = Self::Own("picture-to-host");
-    pub(crate) const COPY_TO_HOST: Self = Self::Own("copy-to-host");
+    pub const COPY_TO_HOST: Self = Self::Own("copy-to-host");
     /// The results of a compute shader, to the CPU.
     pub const RESULTS_TO_HOST: Self = Self::Own("results-to-host");
 }
 
 /// Writes every result.
-pub(in crate::frame) const FORMULA_WRITE: Use =
-    Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_WRITE);
+pub const FORMULA_WRITE: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_WRITE);
 
 /// Returns the rows by which FORMULAS reads its inputs and the CPU its results.
 pub(super) fn formulas() -> [Row; 3] {

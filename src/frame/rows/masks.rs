@@ -11,7 +11,7 @@ const FETCHES_INDICES: S = S::from_raw(S::VERTEX_INPUT.as_raw() | S::INDEX_INPUT
 const FETCHES_VERTICES: S = S::from_raw(S::VERTEX_INPUT.as_raw() | S::VERTEX_ATTRIBUTE_INPUT.as_raw());
 
 /// "Supported access types" of the specification, for the accesses that rows name.
-pub(in crate::frame) const SUPPORTED: &[(A, S)] = &[
+pub const SUPPORTED: &[(A, S)] = &[
     (A::INDIRECT_COMMAND_READ, S::DRAW_INDIRECT),
     (A::INDEX_READ, FETCHES_INDICES),
     (A::VERTEX_ATTRIBUTE_READ, FETCHES_VERTICES),

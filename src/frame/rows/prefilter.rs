@@ -9,9 +9,10 @@ use crate::passes::Resource;
 use crate::passes::prefilter::{self, PrefilterOrder};
 use crate::plan::FramePlan;
 
+#[allow(missing_docs, reason = "a name says which row, and the row itself says why it is there")]
 impl RowName {
-    pub(crate) const SKY_LIGHT_TO_PREFILTER: Self = Self::Own("sky-light-to-prefilter");
-    pub(crate) const PREFILTER_TO_LIGHTING: Self = Self::Own("prefilter-to-lighting");
+    pub const SKY_LIGHT_TO_PREFILTER: Self = Self::Own("sky-light-to-prefilter");
+    pub const PREFILTER_TO_LIGHTING: Self = Self::Own("prefilter-to-lighting");
 }
 
 /// None where no pass reads the light.

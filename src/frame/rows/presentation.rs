@@ -18,23 +18,24 @@ use crate::passes::present::{ATTACH, BEGIN, WRITE};
 use crate::passes::{Resource, copy, encode, overlay, present, split};
 use crate::plan::{FramePlan, PresentTarget};
 
+#[allow(missing_docs, reason = "a name says which row, and the row itself says why it is there")]
 impl RowName {
-    pub(crate) const ACQUIRE: Self = Self::Own("acquire");
-    pub(crate) const PRESENT: Self = Self::Own("present");
-    pub(crate) const SWAPCHAIN_TO_PRESENT: Self = Self::Own("swapchain-to-present");
-    pub(crate) const PRESENT_TO_SWAPCHAIN: Self = Self::Own("present-to-swapchain");
-    pub(crate) const PICTURE_TO_SPLIT: Self = Self::Own("picture-to-split");
-    pub(crate) const SPLIT_TO_PICTURE: Self = Self::Own("split-to-picture");
-    pub(crate) const PICTURE_TO_COPY: Self = Self::Own("picture-to-copy");
-    pub(crate) const COPY_TO_PICTURE: Self = Self::Own("copy-to-picture");
-    pub(crate) const PICTURE_TO_OVERLAY: Self = Self::Own("picture-to-overlay");
-    pub(crate) const OVERLAY_TO_PICTURE: Self = Self::Own("overlay-to-picture");
-    pub(crate) const PICTURE_TO_ENCODE: Self = Self::Own("picture-to-encode");
-    pub(crate) const SWAPCHAIN_TO_ENCODE: Self = Self::Own("swapchain-to-encode");
-    pub(crate) const ENCODE_TO_PICTURE: Self = Self::Own("encode-to-picture");
-    pub(crate) const ENCODE_TO_SWAPCHAIN: Self = Self::Own("encode-to-swapchain");
-    pub(crate) const PANEL_TO_COPY: Self = Self::Own("panel-to-copy");
-    pub(crate) const UPLOAD_TO_PANELS: Self = Self::Own("upload-to-panels");
+    pub const ACQUIRE: Self = Self::Own("acquire");
+    pub const PRESENT: Self = Self::Own("present");
+    pub const SWAPCHAIN_TO_PRESENT: Self = Self::Own("swapchain-to-present");
+    pub const PRESENT_TO_SWAPCHAIN: Self = Self::Own("present-to-swapchain");
+    pub const PICTURE_TO_SPLIT: Self = Self::Own("picture-to-split");
+    pub const SPLIT_TO_PICTURE: Self = Self::Own("split-to-picture");
+    pub const PICTURE_TO_COPY: Self = Self::Own("picture-to-copy");
+    pub const COPY_TO_PICTURE: Self = Self::Own("copy-to-picture");
+    pub const PICTURE_TO_OVERLAY: Self = Self::Own("picture-to-overlay");
+    pub const OVERLAY_TO_PICTURE: Self = Self::Own("overlay-to-picture");
+    pub const PICTURE_TO_ENCODE: Self = Self::Own("picture-to-encode");
+    pub const SWAPCHAIN_TO_ENCODE: Self = Self::Own("swapchain-to-encode");
+    pub const ENCODE_TO_PICTURE: Self = Self::Own("encode-to-picture");
+    pub const ENCODE_TO_SWAPCHAIN: Self = Self::Own("encode-to-swapchain");
+    pub const PANEL_TO_COPY: Self = Self::Own("panel-to-copy");
+    pub const UPLOAD_TO_PANELS: Self = Self::Own("upload-to-panels");
 }
 
 const READ_BY_PRESENTATION: vk::ImageLayout = vk::ImageLayout::PRESENT_SRC_KHR;

@@ -13,14 +13,15 @@ use crate::gpu::upload::{COPY_WRITE, LEVEL_WRITE};
 use crate::gpu::{Queue, UploadHandover};
 use crate::plan::FramePlan;
 
+#[allow(missing_docs, reason = "a name says which row, and the row itself says why it is there")]
 impl RowName {
     /// Copies are over on the transfer queue.
-    pub(crate) const FROM_TRANSFER_QUEUE: Self = Self::Own("from-transfer-queue");
+    pub const FROM_TRANSFER_QUEUE: Self = Self::Own("from-transfer-queue");
     /// What was copied there.
-    pub(crate) const GIVEN_BY_TRANSFER_QUEUE: Self = Self::Own("given-by-transfer-queue");
+    pub const GIVEN_BY_TRANSFER_QUEUE: Self = Self::Own("given-by-transfer-queue");
 
     /// The semaphore from one queue to another.
-    pub(crate) const fn semaphore(queues: [Queue; 2]) -> Self {
+    pub const fn semaphore(queues: [Queue; 2]) -> Self {
         match queues {
             [Queue::Transfer, _] => Self::FROM_TRANSFER_QUEUE,
             [Queue::Compute, _] => Self::Own("from-compute-queue"),
@@ -29,7 +30,7 @@ impl RowName {
     }
 
     /// The ownership transfer from one queue to another.
-    pub(crate) const fn ownership(queues: [Queue; 2]) -> Self {
+    pub const fn ownership(queues: [Queue; 2]) -> Self {
         match queues {
             [Queue::Transfer, _] => Self::GIVEN_BY_TRANSFER_QUEUE,
             [Queue::Compute, _] => Self::Own("given-by-compute-queue"),

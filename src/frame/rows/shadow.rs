@@ -9,11 +9,12 @@ use crate::gpu_scene::{ATLAS_LAYOUT, ClearOrder, ClearOrders, TINT_LAYOUT, shado
 use crate::passes::{Resource, ResourceUse, shadow, tint};
 use crate::plan::FramePlan;
 
+#[allow(missing_docs, reason = "a name says which row, and the row itself says why it is there")]
 impl RowName {
-    pub(crate) const SHADOW_ATLAS_TO_CLEAR: Self = Self::Own("shadow-atlas-to-clear");
-    pub(crate) const CLEAR_TO_SHADOW_MAPS: Self = Self::Own("clear-to-shadow-maps");
-    pub(crate) const SHADOW_TINTS_TO_CLEAR: Self = Self::Own("shadow-tints-to-clear");
-    pub(crate) const CLEAR_TO_SHADOW_TINTS: Self = Self::Own("clear-to-shadow-tints");
+    pub const SHADOW_ATLAS_TO_CLEAR: Self = Self::Own("shadow-atlas-to-clear");
+    pub const CLEAR_TO_SHADOW_MAPS: Self = Self::Own("clear-to-shadow-maps");
+    pub const SHADOW_TINTS_TO_CLEAR: Self = Self::Own("shadow-tints-to-clear");
+    pub const CLEAR_TO_SHADOW_TINTS: Self = Self::Own("clear-to-shadow-tints");
 }
 
 const CLEARED: vk::ImageLayout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
@@ -24,7 +25,7 @@ const OF_MAPS: ClearRows = [RowName::SHADOW_ATLAS_TO_CLEAR, RowName::CLEAR_TO_SH
 const OF_TINTS: ClearRows = [RowName::SHADOW_TINTS_TO_CLEAR, RowName::CLEAR_TO_SHADOW_TINTS];
 
 /// The images of a plan's maps, each with the rows of its clear.
-pub(in crate::frame) fn images(plan: &FramePlan) -> impl Iterator<Item = (Resource, ClearRows)> {
+pub fn images(plan: &FramePlan) -> impl Iterator<Item = (Resource, ClearRows)> {
     let planned = plan.shadow.as_ref();
     let tints = planned.filter(|own| own.tinted).map(|_| (Resource::SHADOW_TINTS, OF_TINTS));
     planned.map(|_| (Resource::SHADOW_MAPS, OF_MAPS)).into_iter().chain(tints)
@@ -32,7 +33,7 @@ pub(in crate::frame) fn images(plan: &FramePlan) -> impl Iterator<Item = (Resour
 
 /// The attachments of a render pass of maps with these subpasses: the images that they use. A map is a part of a layer that has others: it is readable
 /// before the first of its render passes and after the last.
-pub(in crate::frame) fn attachments(
+pub fn attachments(
     plan: &FramePlan,
     list: &StepList,
     listed: &[Subpass],

@@ -1,4 +1,4 @@
-//! Properties of the table itself; that its rows are enough, and needed, is for `super::super::proof`.
+//! Properties of the table itself. The crate `afterlight-proof` proves that its rows are enough, and needed.
 
 use std::cell::Cell;
 use std::collections::BTreeSet;
@@ -8,7 +8,6 @@ use ash::vk::{AccessFlags2 as A, PipelineStageFlags2 as S};
 use super::masks::SUPPORTED;
 use super::*;
 use crate::frame::list::StepList;
-use crate::frame::proof::FrameModel;
 use crate::passes::{Resource, UseKind, geometry, lighting};
 use crate::plan::samples;
 
@@ -166,35 +165,5 @@ fn a_row_that_is_not_there_is_refused_with_a_suggestion_and_one_that_stays_with_
     for name in [RowName::HOST_TO_FRAME, RowName::FRAME_TO_HOST, RowName::COPY_TO_HOST, RowName::LAST_USE_TO_DESTROY] {
         let refused = table.without_bits(name, Side::After, Use::END).expect_err("it stays").to_string();
         assert!(refused.contains(name.name()) && refused.contains("cannot be dropped"), "{refused}");
-    }
-}
-
-/// Wider rows order all that the table orders, and still frames are not the same to the proof.
-#[test]
-fn frames_with_wider_rows_have_no_hazard() {
-    let carried = [
-        (Passes::Subpasses, SyncVersion::One),
-        (Passes::LocalRead, SyncVersion::Two),
-        (Passes::Stored, SyncVersion::One),
-    ];
-    for (index, (name, plan)) in samples::of_every_kind().into_iter().step_by(7).enumerate() {
-        let (passes, sync) = carried[index % carried.len()];
-        let plan = FramePlan { passes, sync, ..plan };
-        let table = table(&plan);
-        let hazards = |rows: &Rows| FrameModel::of(&plan, rows).hazards();
-        let all = table.all_widened(&plan);
-        assert!(hazards(&all).is_empty(), "{name}: {:?}", hazards(&all));
-        for (own, wide) in table.iter().zip(all.iter()) {
-            let stays = own.carrier.stays().is_some();
-            assert_eq!(own == wide, stays, "{name}: {}", own.name);
-            assert_eq!(table.widened(&plan, own.name).is_err(), stays, "{name}: {}", own.name);
-            let is_inside = wide.by_region;
-            assert!(!is_inside || plan.passes == Passes::LocalRead, "{name}: {}", own.name);
-        }
-        // One of them at a time is another frame as well.
-        let Some(one) = table.iter().filter(|row| row.carrier.stays().is_none()).nth(index % 5) else { continue };
-        let widened = table.widened(&plan, one.name).unwrap_or_else(|error| panic!("{name}: {error}"));
-        assert_eq!(widened.iter().zip(table.iter()).filter(|(wide, own)| wide != own).count(), 1, "{name}");
-        assert!(hazards(&widened).is_empty(), "{name}: {}: {:?}", one.name, hazards(&widened));
     }
 }

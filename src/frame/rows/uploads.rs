@@ -11,12 +11,13 @@ use crate::passes::{prefilter, skin};
 use crate::plan::FramePlan;
 use crate::scene::Passes;
 
+#[allow(missing_docs, reason = "a name says which row, and the row itself says why it is there")]
 impl RowName {
-    pub(crate) const UPLOAD_TO_VERTICES: Self = Self::Own("upload-to-vertices");
-    pub(crate) const TEXTURE_TO_COPY: Self = Self::Own("texture-to-copy");
-    pub(crate) const LEVEL_TO_BLIT: Self = Self::Own("level-to-blit");
-    pub(crate) const BLIT_TO_TEXTURES: Self = Self::Own("blit-to-textures");
-    pub(crate) const UPLOAD_TO_TEXTURES: Self = Self::Own("upload-to-textures");
+    pub const UPLOAD_TO_VERTICES: Self = Self::Own("upload-to-vertices");
+    pub const TEXTURE_TO_COPY: Self = Self::Own("texture-to-copy");
+    pub const LEVEL_TO_BLIT: Self = Self::Own("level-to-blit");
+    pub const BLIT_TO_TEXTURES: Self = Self::Own("blit-to-textures");
+    pub const UPLOAD_TO_TEXTURES: Self = Self::Own("upload-to-textures");
 }
 
 const WRITTEN: vk::ImageLayout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;

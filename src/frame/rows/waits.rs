@@ -30,10 +30,11 @@ use crate::gpu::sync::Use;
 use crate::passes::{Resource, ResourceUse, UseKind, copy, present};
 use crate::plan::{FramePlan, Target};
 
+#[allow(missing_docs, reason = "a name says which row, and the row itself says why it is there")]
 impl RowName {
     /// Makes the picture ready for COPY, presentation, or a pass that draws over it.
-    pub(crate) const READ_BACK: Self = Self::Own("read-back");
-    pub(crate) const FOUND_TO_HOST: Self = Self::Own("found-to-host");
+    pub const READ_BACK: Self = Self::Own("read-back");
+    pub const FOUND_TO_HOST: Self = Self::Own("found-to-host");
 }
 
 const COLOR_WRITE: Use = Use::new(S::COLOR_ATTACHMENT_OUTPUT, A::COLOR_ATTACHMENT_WRITE);

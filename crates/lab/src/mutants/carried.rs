@@ -4,10 +4,10 @@
 //! The reasons of the other lists were found with frames carried so, and may hold here or not. So a notice is never unexpected here.
 
 use super::Mutant;
+use super::unreported::{LAYER, NEWEST};
 use afterlight::frame::layout_changes;
 use afterlight::frame::list::{Step, StepList};
-use afterlight::frame::rows::unreported_mutants::{LAYER, NEWEST, RowPart};
-use afterlight::frame::rows::{PassName, Row, Side, SyncKind};
+use afterlight::frame::rows::{PassName, Row, RowPart, Side, SyncKind};
 use afterlight::gpu::Queue;
 use afterlight::gpu::sync::{Layouts, SyncVersion};
 use afterlight::gpu::vk::{AccessFlags2 as A, PipelineStageFlags2 as S};

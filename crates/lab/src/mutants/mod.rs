@@ -1,7 +1,7 @@
 //! Mutants as a test of validation layers: frames from which one dependency is missing, or one bit of one, and a layer's reports of them.
 //!
-//! [`afterlight::frame::proof`] computes from the specification that each mutant loses something. A mutant that a layer does not report is expected
-//! where [`unreported_mutants`](afterlight::frame::rows::unreported_mutants) argues it, or the layer is too old ([`older`]) or too new ([`newer`]), and a failure elsewhere.
+//! [`afterlight_proof`] computes from the specification that each mutant loses something. A mutant that a layer does not report is expected
+//! where [`unreported`] argues it, or the layer is too old ([`older`]) or too new ([`newer`]), and a failure elsewhere.
 
 mod carried;
 mod cases;
@@ -9,6 +9,7 @@ mod laboratory;
 mod newer;
 mod older;
 mod scenes;
+pub mod unreported;
 mod verdict;
 mod watched;
 
@@ -17,12 +18,11 @@ use std::fmt;
 use rayon::prelude::*;
 
 use afterlight::frame::plan_with;
-use afterlight::frame::proof::{FrameModel, Hazard};
-use afterlight::frame::rows::unreported_mutants::RowPart;
-use afterlight::frame::rows::{self, PassName, Row, Rows, Side, SyncKind};
+use afterlight::frame::rows::{self, PassName, Row, RowPart, Rows, Side, SyncKind};
 use afterlight::gpu::vk;
 use afterlight::plan::{self, Capabilities, Encoding, FramePlan, PresentTarget, Transfer};
 use afterlight::scene::{Scene, Settings};
+use afterlight_proof::{FrameModel, Hazard};
 
 pub use afterlight::frame::experiment::PresentPath;
 pub use carried::CarriedFrames;

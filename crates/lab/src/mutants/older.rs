@@ -1,9 +1,9 @@
 //! Blind spots of layers before [`LAYER`], beside those of [`LAYER`] itself. They were found with 1.3.239; layers between the two may have fewer.
 
 use super::Mutant;
+use super::unreported::LAYER;
 use afterlight::frame::list::RenderPassName;
-use afterlight::frame::rows::unreported_mutants::{LAYER, RowPart};
-use afterlight::frame::rows::{PassName, Row, Side, SyncKind};
+use afterlight::frame::rows::{PassName, Row, RowPart, Side, SyncKind};
 use afterlight::gpu::vk::{AccessFlags2, PipelineStageFlags2};
 
 /// Mutants that an older layer does not notice, for one reason.

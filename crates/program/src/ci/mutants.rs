@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
 use afterlight::frame::capabilities;
-use afterlight::frame::rows::unreported_mutants::RowPart;
+use afterlight::frame::rows::RowPart;
 use afterlight::gpu::{DeviceChoice, PhysicalDevice};
 use afterlight::plan::FramePlan;
 use afterlight::scene::counted;

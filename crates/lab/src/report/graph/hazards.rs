@@ -1,13 +1,13 @@
 //! A strip for each row of the table: on the left the use that must be over, on the right the one that waits, and between them the hazard that the
 //! row prevents.
 //!
-//! [`proof`](afterlight::frame::proof) finds the hazards of frames from which the row is left out.
+//! [`proof`](afterlight_proof) finds the hazards of frames from which the row is left out.
 
 use super::svg::{Font, Rect, Svg, TextAnchor, wrap};
-use afterlight::frame::proof::{Clash, End, FrameModel, HazardKind, clashes};
 use afterlight::frame::rows::{Row, Rows};
 use afterlight::gpu::sync::Use;
 use afterlight::plan::FramePlan;
+use afterlight_proof::{Clash, End, FrameModel, HazardKind, clashes};
 
 /// Width of the page in pixels: about as much as books and README files show.
 const WIDTH: f64 = 900.0;

@@ -4,13 +4,13 @@
 use ash::vk::{self, AccessFlags2 as A, PipelineStageFlags2 as S};
 
 use super::program::{Memory, MemoryAccess, MemorySet, Program, Scope, Span, Sync, Time, TouchKind, Who};
-use crate::frame::list::RESOLVE;
-use crate::frame::render_pass::PassDescription;
-use crate::frame::rendering::AroundRendering;
-use crate::frame::rows::Row;
-use crate::gpu::sync::{Dependency, Use};
-use crate::passes::{ResourceUse, UseKind};
-use crate::plan::DEPTH;
+use afterlight::frame::list::RESOLVE;
+use afterlight::frame::render_pass::PassDescription;
+use afterlight::frame::rendering::AroundRendering;
+use afterlight::frame::rows::Row;
+use afterlight::gpu::sync::{Dependency, Use};
+use afterlight::passes::{ResourceUse, UseKind};
+use afterlight::plan::DEPTH;
 
 const COLOR: S = S::COLOR_ATTACHMENT_OUTPUT;
 const TESTS: S = S::from_raw(S::EARLY_FRAGMENT_TESTS.as_raw() | S::LATE_FRAGMENT_TESTS.as_raw());

@@ -1,9 +1,9 @@
 //! The effect of a hazard on a frame, without Vulkan's terms: one party touches a memory before another is done with it.
 
 use super::program::{Memory, MemoryAccess, Who};
-use crate::frame::rows::PassName;
-use crate::passes::Resource;
-use crate::plan::Target;
+use afterlight::frame::rows::PassName;
+use afterlight::passes::Resource;
+use afterlight::plan::Target;
 
 /// The action of the later use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

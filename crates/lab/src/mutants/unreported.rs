@@ -1,36 +1,24 @@
 //! Rows and bits whose absence the validation layer does not report, and why they are there all the same.
 //!
 //! Layer 1.4.309 is silent about these in both modes of its shader heuristic. Nothing is left out of the table for that reason: each entry
-//! quotes what the specification has to say, and [`super::super::proof`] finds a hazard without it. `tests/sync/necessity.rs` fails when an entry is noticed after all, when none of its rows is
+//! quotes what the specification has to say, and the proof ([`afterlight_proof`]) finds a hazard without it. `tests/sync/necessity.rs` fails when an entry is noticed after all, when none of its rows is
 //! silent any more, and when something is silent that is not listed.
 //!
 //! A blind spot of the layer is one of a kind of row, whichever passes it is between. So an entry asks for the row's carrier, stages and accesses, and names
 //! no effect: the rows of a new one are judged as well.
 
+use afterlight::frame::list::RenderPassName;
+use afterlight::frame::rows::{Row, RowPart, Side, SyncKind, table};
+use afterlight::frame::{LayoutChange, layout_changes};
+use afterlight::gpu::sync::Use;
+use afterlight::passes::{PassName, Resource, forward, geometry, lighting, pyramid, shadow, tonemap};
+use afterlight::plan::{FramePlan, Target};
 use ash::vk::{self, AccessFlags2 as A, PipelineStageFlags2 as S};
-
-use super::{Row, Side, SyncKind};
-use crate::frame::list::RenderPassName;
-use crate::frame::{LayoutChange, layout_changes};
-use crate::gpu::sync::Use;
-use crate::passes::{PassName, Resource, forward, geometry, lighting, pyramid, shadow, tonemap};
-use crate::plan::{FramePlan, Target};
 
 /// The first layer that sees wrong masks of subpass dependencies.
 pub const LAYER: u32 = vk::make_api_version(0, 1, 4, 309);
 /// The newest layer that was tried.
 pub const NEWEST: u32 = vk::make_api_version(0, 1, 4, 363);
-
-/// The part of a row that is removed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum RowPart {
-    /// All of it.
-    Row,
-    /// The reach across the samples of a pixel: the row becomes one by region.
-    AcrossSamples,
-    /// Some bits of one side.
-    Bits(Side, Use),
-}
 
 /// Parts of rows that the layer does not miss, for one reason.
 #[derive(Debug)]
@@ -132,18 +120,18 @@ impl MissingPart<'_> {
     fn is_awaited_in_the_frame(&self) -> bool {
         let to_same =
             |row: &Row| row.carrier.is_render_pass() && row.to == self.row.to && row.from != PassName::OUTSIDE;
-        super::table(self.plan).iter().any(|row| to_same(row) && row.after.access.contains(A::SHADER_WRITE))
+        table(self.plan).iter().any(|row| to_same(row) && row.after.access.contains(A::SHADER_WRITE))
     }
 
     /// Returns true if a buffer of the same dispatches is read by draws of an earlier subpass, whose tests the subpass waits for.
     fn is_led_around_by_buffer(&self) -> bool {
         let row = self.row;
-        let table = super::table(self.plan);
+        let rows = table(self.plan);
         let is_last =
             |other: &&Row| other.by_region && other.to == row.to && other.before.stage == S::LATE_FRAGMENT_TESTS;
-        let buffers: Vec<_> = table.of(SyncKind::BufferBarrier).filter(|other| other.from == row.from).collect();
+        let buffers: Vec<_> = rows.of(SyncKind::BufferBarrier).filter(|other| other.from == row.from).collect();
         let is_read = |last: &Row| buffers.iter().any(|buffer| buffer.waiting.contains(&last.from));
-        table.of(row.carrier).filter(is_last).any(is_read)
+        rows.of(row.carrier).filter(is_last).any(is_read)
     }
 
     /// Returns true if other rows lead to the same subpass, through another one of its render pass.
@@ -153,17 +141,17 @@ impl MissingPart<'_> {
         if !(is_between && self.is_row() || self.enters() && follows_reads) {
             return false;
         }
-        let table = super::table(self.plan);
+        let rows = table(self.plan);
         let last = |other: &&Row| other.is_between_subpasses() && other.to == row.to && other.from != row.from;
         // LIGHTING's render pass changes the layout of the depth that it loads, and the layer takes that for an order.
         let is_ordered = is_between || self.begins_with(lighting::PASS.place);
         let is_led_to = |last: &Row| {
-            let mut firsts = table.iter().filter(|other| other.from == row.from && other.waiting.contains(&last.from));
+            let mut firsts = rows.iter().filter(|other| other.from == row.from && other.waiting.contains(&last.from));
             firsts.any(|first| is_ordered || first.after.stage.intersects(last.before.stage))
         };
         // Tests read depth in rasterization order, so that any row to the subpass will do.
         let follows_tests = is_between && follows_reads && row.before.stage == S::LATE_FRAGMENT_TESTS;
-        table.of(row.carrier).filter(last).any(|last| follows_tests || is_led_to(last))
+        rows.of(row.carrier).filter(last).any(|last| follows_tests || is_led_to(last))
     }
 }
 
@@ -323,7 +311,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
             let is_test = missing.is_after(S::EARLY_FRAGMENT_TESTS, A::DEPTH_STENCIL_ATTACHMENT_READ);
             let is_depth = |change: &LayoutChange| change.image == Some(Resource::Target(Target::Depth));
             // The layer sees that tests follow a change of layout.
-            let changes = || layout_changes(missing.plan, &super::table(missing.plan), missing.row);
+            let changes = || layout_changes(missing.plan, &table(missing.plan), missing.row);
             let lights = missing.row.waiting.contains(&lighting::PASS.place);
             missing.enters() && !lights && is_test && !changes().iter().any(is_depth)
         },
@@ -395,7 +383,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
             is_read
                 && is_about
                 && missing.begins_with(tonemap::PASS.place)
-                && !super::table(missing.plan).of(missing.row.carrier).any(follows_write)
+                && !table(missing.plan).of(missing.row.carrier).any(follows_write)
         },
         section: "Image Layout Transitions",
         says: TRANSITION,

@@ -4,10 +4,11 @@ use ash::vk::{AccessFlags2 as A, ImageLayout as L, PipelineStageFlags2 as S};
 
 use super::program::{MemorySet, QueueSet, Scope, Span, Sync, Who};
 use super::*;
-use crate::frame::rows::{self, PassName, RowName, Side, table};
-use crate::gpu::sync::{DEVICE_ACCESS, Dependency, Use};
-use crate::passes::{Resource, copy, fxaa, geometry, lighting};
-use crate::plan::{Target, samples};
+use afterlight::frame::rows::{self, PassName, RowName, Side, table};
+use afterlight::gpu::sync::{DEVICE_ACCESS, Dependency, SyncVersion, Use};
+use afterlight::passes::{Resource, copy, fxaa, geometry, lighting};
+use afterlight::plan::{Target, samples};
+use afterlight::scene::Passes;
 
 const COPY_WRITE: Use = Use::new(S::TRANSFER, A::TRANSFER_WRITE);
 const COPY_READ: Use = Use::new(S::TRANSFER, A::TRANSFER_READ);
@@ -350,4 +351,33 @@ fn a_barrier_orders_its_own_queue_alone() {
     let hazards = vec![HazardKind::Owner, HazardKind::ReadAfterWrite];
     assert_eq!(barrier_on(Queue::Graphics), hazards);
     assert_eq!(barrier_on(Queue::Compute), hazards);
+}
+
+/// Wider rows order all that the table orders, and still frames are not the same to the proof.
+#[test]
+fn frames_with_wider_rows_have_no_hazard() {
+    let carried = [
+        (Passes::Subpasses, SyncVersion::One),
+        (Passes::LocalRead, SyncVersion::Two),
+        (Passes::Stored, SyncVersion::One),
+    ];
+    for (index, (name, mut plan)) in samples::of_every_kind().into_iter().step_by(7).enumerate() {
+        (plan.passes, plan.sync) = carried[index % carried.len()];
+        let table = table(&plan);
+        let hazards = |rows: &Rows| FrameModel::of(&plan, rows).hazards();
+        let all = table.all_widened(&plan);
+        assert!(hazards(&all).is_empty(), "{name}: {:?}", hazards(&all));
+        for (own, wide) in table.iter().zip(all.iter()) {
+            let stays = own.carrier.stays().is_some();
+            assert_eq!(own == wide, stays, "{name}: {}", own.name);
+            assert_eq!(table.widened(&plan, own.name).is_err(), stays, "{name}: {}", own.name);
+            let is_inside = wide.by_region;
+            assert!(!is_inside || plan.passes == Passes::LocalRead, "{name}: {}", own.name);
+        }
+        // One of them at a time is another frame as well.
+        let Some(one) = table.iter().filter(|row| row.carrier.stays().is_none()).nth(index % 5) else { continue };
+        let widened = table.widened(&plan, one.name).unwrap_or_else(|error| panic!("{name}: {error}"));
+        assert_eq!(widened.iter().zip(table.iter()).filter(|(wide, own)| wide != own).count(), 1, "{name}");
+        assert!(hazards(&widened).is_empty(), "{name}: {}: {:?}", one.name, hazards(&widened));
+    }
 }

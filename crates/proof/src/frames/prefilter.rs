@@ -3,9 +3,9 @@
 use ash::vk::ImageLayout as L;
 
 use super::{FrameModelBuilder, TEXTURE};
-use crate::frame::proof::program::Memory;
-use crate::frame::rows::{PassName, RowName};
-use crate::passes::{Resource, prefilter};
+use crate::program::Memory;
+use afterlight::frame::rows::{PassName, RowName};
+use afterlight::passes::{Resource, prefilter};
 
 impl FrameModelBuilder<'_> {
     /// Adds it, with the barriers around it.

@@ -4,12 +4,12 @@ use std::fmt;
 
 use ash::vk::{self, AccessFlags2 as A, PipelineStageFlags2 as S};
 
-use crate::frame::list::RenderPassName;
-use crate::frame::rows::{PassName, RowName, SUPPORTED};
-use crate::gpu::Queue;
-use crate::gpu::barrier::Half;
-use crate::gpu::sync::{DEVICE_ACCESS, Dependency, Use};
-use crate::passes::Resource;
+use afterlight::frame::list::RenderPassName;
+use afterlight::frame::rows::{PassName, RowName, SUPPORTED};
+use afterlight::gpu::Queue;
+use afterlight::gpu::barrier::Half;
+use afterlight::gpu::sync::{DEVICE_ACCESS, Dependency, Use};
+use afterlight::passes::Resource;
 
 /// A place in the order of submission.
 pub(super) type Time = u32;

@@ -6,7 +6,7 @@ use super::order::PRESENTATION;
 use super::program::{MemoryAccess, TouchKind};
 use super::words::noun;
 use super::{Hazard, HazardKind, kind_of};
-use crate::gpu::barrier::Half;
+use afterlight::gpu::barrier::Half;
 
 /// One side of a clash.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]

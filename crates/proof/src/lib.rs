@@ -9,13 +9,12 @@ use std::fmt;
 
 use ash::vk;
 
-use super::rows::unreported_mutants::RowPart;
-use super::rows::{PassName, Row, RowError, RowName, Rows};
-use crate::gpu::Queue;
-use crate::gpu::barrier::Half;
-use crate::gpu::sync::Use;
-use crate::passes::{Resource, copy};
-use crate::plan::FramePlan;
+use afterlight::frame::rows::{PassName, Row, RowError, RowName, RowPart, Rows};
+use afterlight::gpu::Queue;
+use afterlight::gpu::barrier::Half;
+use afterlight::gpu::sync::Use;
+use afterlight::passes::{Resource, copy};
+use afterlight::plan::FramePlan;
 use order::HappensBefore;
 use program::{Memory, MemoryAccess, Program, TouchKind, Who};
 

@@ -6,17 +6,17 @@ use ash::vk::{AccessFlags2 as A, ImageLayout as L};
 use super::order::PRESENTATION;
 use super::program::{Memory, Program, QueueSet, Scope, Span, Sync, Time, Who};
 use super::render_pass::Besides;
-use crate::frame::IN_FLIGHT;
-use crate::frame::list::{Commands, Condition, HandOver, RenderPassName, Step, StepList};
-use crate::frame::render_pass::PassDescription;
-use crate::frame::rows::{FORMULA_WRITE, PassName, Row, RowName, Rows, SyncKind, shadow};
-use crate::gpu::Queue;
-use crate::gpu::barrier::Half;
-use crate::gpu::sync::{DEVICE_ACCESS, HOST_WRITE, Use};
-use crate::gpu::upload::{BLIT_READ, BLIT_WRITE, COPY_WRITE};
-use crate::gpu_scene::shadow_clear;
-use crate::passes::{FRAME_READ, Resource, ResourceUse, copy, present};
-use crate::plan::{FramePlan, Target};
+use afterlight::frame::IN_FLIGHT;
+use afterlight::frame::list::{Commands, Condition, HandOver, RenderPassName, Step, StepList};
+use afterlight::frame::render_pass::PassDescription;
+use afterlight::frame::rows::{FORMULA_WRITE, PassName, Row, RowName, Rows, SyncKind, shadow};
+use afterlight::gpu::Queue;
+use afterlight::gpu::barrier::Half;
+use afterlight::gpu::sync::{DEVICE_ACCESS, HOST_WRITE, Use};
+use afterlight::gpu::upload::{BLIT_READ, BLIT_WRITE, COPY_WRITE};
+use afterlight::gpu_scene::shadow_clear;
+use afterlight::passes::{FRAME_READ, Resource, ResourceUse, copy, present};
+use afterlight::plan::{FramePlan, Target};
 
 mod prefilter;
 
