@@ -181,7 +181,7 @@ impl PassDescription {
 
     /// Each automatic change of an attachment's layout, and the two of its uses that it is between: subpasses, or
     /// `vk::SUBPASS_EXTERNAL` for what it has before and after the pass.
-    fn layout_changes(&self) -> Vec<([u32; 2], LayoutChange)> {
+    pub fn layout_changes(&self) -> Vec<([u32; 2], LayoutChange)> {
         let mut changes = Vec::new();
         for (index, &(image, attachment)) in (0..).zip(&self.attachments) {
             let mut uses = vec![(vk::SUBPASS_EXTERNAL, attachment.initial_layout)];
@@ -251,6 +251,3 @@ impl PassDescription {
         make(&self.name.to_string(), parts)
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -475,6 +475,3 @@ impl RowBuilder {
         Row { why: why.into(), ..self.0 }
     }
 }
-
-#[cfg(test)]
-mod tests;

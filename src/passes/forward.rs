@@ -93,7 +93,6 @@ impl PassRecorder for ForwardPass {
 }
 
 /// Returns the shader variant of one of the plan's pipelines.
-#[cfg(test)]
-pub(crate) fn flags(plan: &FramePlan, key: crate::plan::GeometryKey) -> Flags {
+pub fn flags(plan: &FramePlan, key: crate::plan::GeometryKey) -> Flags {
     super::surface::lit_flags(plan, key)
 }

@@ -133,7 +133,7 @@ fn pipeline(
 }
 
 /// Returns the shader variant of one of the plan's pipelines.
-pub(crate) fn flags(plan: &FramePlan, key: GeometryKey) -> Flags {
+pub fn flags(plan: &FramePlan, key: GeometryKey) -> Flags {
     if plan.triangles.is_some() {
         // Nothing of a surface but its holes.
         return Flags::TEXTURED.when(key.discards && key.textures.contains(TextureSlot::BaseColor))

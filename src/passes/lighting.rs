@@ -131,7 +131,7 @@ impl PassRecorder for LightingPass {
 
 // ANCHOR: variant
 /// Returns the shader variant of a plan. The G-buffer's flags are the same in every shader that reads it.
-pub(crate) fn flags(plan: &FramePlan) -> Flags {
+pub fn flags(plan: &FramePlan) -> Flags {
     Flags::LIGHTS.when(plan.lights.any())
         | Flags::UNIFORM_BUFFER.when(plan.lights.any() && plan.lights.uniform)
         | Flags::CLUSTERED.when(plan.lights_by_clusters())

@@ -242,7 +242,7 @@ fn bound(
 }
 
 /// Returns the shader variant of a plan.
-pub(crate) fn flags(plan: &FramePlan) -> Flags {
+pub fn flags(plan: &FramePlan) -> Flags {
     Flags::UNIFORM_BUFFER.when(plan.lights.uniform)
         | Flags::SHADOW.when(plan.has_light_maps())
         | gbuffer_flags!(plan)

@@ -109,8 +109,7 @@ fn weighted(plan: &FramePlan) -> Flags {
 }
 
 /// Returns the shader variant of one of the plan's pipelines.
-#[cfg(test)]
-pub(crate) fn flags(plan: &FramePlan, key: GeometryKey) -> Flags {
+pub fn flags(plan: &FramePlan, key: GeometryKey) -> Flags {
     super::surface::lit_flags(plan, key) | weighted(plan)
 }
 

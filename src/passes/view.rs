@@ -117,7 +117,7 @@ impl PassRecorder for ViewPass {
 }
 
 /// Returns the shader variant of a plan.
-pub(crate) fn flags(plan: &FramePlan) -> Flags {
+pub fn flags(plan: &FramePlan) -> Flags {
     match (plan.shading, &plan.gbuffer) {
         (Shading::ShowOverdraw, _) => Flags::OVERDRAW,
         (Shading::ShowTriangle, _) => Flags::TRIANGLE,

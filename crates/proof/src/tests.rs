@@ -1,5 +1,8 @@
 //! The rules, each on a few commands; `tests/sync/proof.rs` has the plans.
 
+mod render_passes;
+mod table;
+
 use ash::vk::{AccessFlags2 as A, ImageLayout as L, PipelineStageFlags2 as S};
 
 use super::program::{MemorySet, QueueSet, Scope, Span, Sync, Who};

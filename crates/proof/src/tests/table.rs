@@ -1,15 +1,15 @@
-//! Properties of the table itself. The crate `afterlight-proof` proves that its rows are enough, and needed.
+//! Properties of the table itself. That its rows are enough, and needed, is for the proof.
 
 use std::cell::Cell;
 use std::collections::BTreeSet;
 
 use ash::vk::{AccessFlags2 as A, PipelineStageFlags2 as S};
 
-use super::masks::SUPPORTED;
-use super::*;
-use crate::frame::list::StepList;
-use crate::passes::{Resource, UseKind, geometry, lighting};
-use crate::plan::samples;
+use afterlight::frame::list::StepList;
+use afterlight::frame::rows::*;
+use afterlight::gpu::sync::Use;
+use afterlight::passes::{Resource, UseKind, geometry, lighting};
+use afterlight::plan::{FramePlan, samples};
 
 fn each_plan(check: impl Fn(&str, &FramePlan, &Rows)) {
     for (name, plan) in samples::of_every_kind() {

@@ -1,17 +1,22 @@
+//! The render passes of sample plans: attachments, references, loads and stores, and the rows that become dependencies.
+
 mod passes_and_rows;
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::*;
-use crate::frame::list::{SHADOW_PASS, Step};
-use crate::frame::rows;
-use crate::passes::{
-    ContentsIfFirst, Pass, Resource, UseKind, composite, forward, fxaa, gbuffer_inputs, geometry, lighting, tiled,
-    tonemap, transparent, view,
+use ash::vk;
+
+use afterlight::frame::layout_changes;
+use afterlight::frame::list::{RenderPassName, SHADOW_PASS, Step, StepList, Subpass as Listed};
+use afterlight::frame::render_pass::{PassDescription, SubpassAttachments};
+use afterlight::frame::rows::{self, Row, SyncKind};
+use afterlight::passes::{
+    ContentsIfFirst, Pass, PassName, Resource, ResourceUse, UseKind, composite, forward, fxaa, gbuffer_inputs,
+    geometry, lighting, tiled, tonemap, transparent, view,
 };
-use crate::plan::{self, Shading, samples};
-use crate::scene::{Keep, OptionalPart, Settings, Transparency};
-use crate::shaders::{self, Binding, BindingKind, NumberKind, Variant};
+use afterlight::plan::{self, FramePlan, Shading, Target, samples};
+use afterlight::scene::{Keep, OptionalPart, Settings, Transparency};
+use afterlight::shaders::{self, Binding, BindingKind, NumberKind, Variant};
 
 /// The variant that LIGHTING, or VIEW in its place, takes.
 fn lighting_variant(plan: &FramePlan) -> &'static Variant {
@@ -74,8 +79,15 @@ fn dependencies(plan: &FramePlan, name: RenderPassName) -> Vec<(Row, [u32; 2])> 
 impl References {
     fn of(plan: &FramePlan) -> Self {
         let pass = main_pass(plan);
-        let absent =
-            SubpassAttachments::of(&Listed { place: PassName::OUTSIDE, passes: Vec::new(), touches: Vec::new() }, &[]);
+        let absent = SubpassAttachments {
+            place: PassName::OUTSIDE,
+            input: Vec::new(),
+            color: Vec::new(),
+            resolve: Vec::new(),
+            depth: None,
+            preserve: Vec::new(),
+            touches: Vec::new(),
+        };
         Self { order: pass.targets(), subpasses: pass.subpasses, absent }
     }
 
@@ -332,7 +344,7 @@ fn no_attachment_is_missing_unused_or_there_twice() {
 
 #[test]
 fn a_gap_between_locations_is_unused_and_not_another_target() {
-    let scene = samples::scene(vec![samples::material(crate::scene::Brdf::Phong)], vec![samples::sky()]);
+    let scene = samples::scene(vec![samples::material(afterlight::scene::Brdf::Phong)], vec![samples::sky()]);
     let plan = FramePlan::of(&scene, &samples::deferred(), &samples::device()).expect("a plan");
     let refs = References::of(&plan);
     let targets: Vec<_> =
@@ -426,7 +438,7 @@ fn what_is_blended_or_shown_over_nothing_starts_cleared() {
 #[test]
 fn a_tiled_frame_stores_what_its_compute_shader_binds_and_no_more() {
     for (name, plan) in samples::tiled_plans() {
-        let flags = crate::passes::tiled::flags(&plan);
+        let flags = afterlight::passes::tiled::flags(&plan);
         let entry = shaders::tiled::variant(flags).and_then(|variant| variant.compute()).expect("a variant");
         let bound: BTreeMap<u32, BindingKind> =
             entry.bindings.iter().filter(|b| b.set == 1).map(|b| (b.binding, b.kind)).collect();
@@ -435,7 +447,7 @@ fn a_tiled_frame_stores_what_its_compute_shader_binds_and_no_more() {
             assert_eq!(bound.get(&binding), Some(&BindingKind::SampledImage), "{name} {target:?}");
             stored.insert(target);
         }
-        assert_eq!(bound.contains_key(&crate::passes::tiled::EMISSIVE), plan.emissive, "{name}");
+        assert_eq!(bound.contains_key(&afterlight::passes::tiled::EMISSIVE), plan.emissive, "{name}");
         // Those and the output.
         assert_eq!(bound.len(), stored.len() + 1, "{name}");
         let attached: BTreeSet<Target> = attachments(&plan).iter().map(|(target, _)| *target).collect();
@@ -496,7 +508,7 @@ fn subpasses_write_attachments_of_one_sample_count_and_resolve_into_the_output()
 fn pictures_that_are_drawn_anew_have_the_numbers_of_their_passes_in_the_order() {
     let (_, mut scene) = samples::scenes().into_iter().find(|(name, _)| *name == "sunlit").expect("a scene");
     let mut settings = samples::deferred();
-    for variation in crate::plan::variations() {
+    for variation in afterlight::plan::variations() {
         (variation.scene)(&mut scene);
         (variation.settings)(&mut settings);
     }
