@@ -8,7 +8,6 @@ mod capabilities;
 mod changes;
 mod complexity;
 mod deferred;
-pub mod experiment;
 mod figures;
 mod in_flight;
 mod jitter;
@@ -48,7 +47,7 @@ pub use present::{FitOutcome, Outcome, Presenter};
 #[cfg(feature = "present")]
 pub use rebuild::Wake;
 pub use render_pass::{LayoutChange, layout_changes};
-pub use simulation::{HazardPicture, NoPicture, Simulation};
+pub use simulation::{HazardPicture, MissingRow, Simulation};
 pub use timeline::FRAMES_A_SECOND;
 pub use triangles::triangles;
 pub(crate) use walk::BuildContext;

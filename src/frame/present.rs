@@ -13,12 +13,9 @@ use ash::vk;
 
 use super::builder::RendererBuilder;
 use super::rebuild::Rebuild;
-use super::rows::{self, RowName, Rows};
+use super::rows::{self, Rows};
 use super::split::Split;
-use super::{
-    BuildContext, DrawCounts, Error, FrameTimes, HazardPicture, IN_FLIGHT, Picture, Renderer, Simulation, list,
-    plan_for,
-};
+use super::{BuildContext, DrawCounts, Error, FrameTimes, IN_FLIGHT, MissingRow, Picture, Renderer, list, plan_for};
 use crate::gpu::{
     self, Device, Fit, Image, ImageFormats, ImageWish, Owned, Surface, Swapchain, SwapchainDesc, Vsync, semaphore,
 };
@@ -80,7 +77,7 @@ pub struct Presenter {
     /// The number of lights after which frames are halted.
     halted: Option<usize>,
     /// The row whose hazard frames show, where they have it.
-    simulated: Option<(RowName, HazardPicture)>,
+    simulated: Option<MissingRow>,
     /// Returns the dependencies of a plan's frames.
     rows: Box<dyn Fn(&FramePlan) -> Rows>,
     /// Only while another view is shown beside the picture.
@@ -310,18 +307,17 @@ impl Presenter {
     }
 
     /// Has frames, from the next one on, show the hazard of a row that is missing, or none any more. Frames that have no such row or no such picture
-    /// ([`Simulation::of`]) are drawn as ever. Waits for the frames under way.
+    /// ([`MissingRow::decide`]) are drawn as ever. Waits for the frames under way.
     ///
     /// # Errors
     /// When the device is lost.
-    pub fn simulate(&mut self, hazard: Option<(RowName, HazardPicture)>) -> Result<(), Error> {
-        if self.simulated != hazard {
+    pub fn simulate(&mut self, missing: Option<MissingRow>) -> Result<(), Error> {
+        if self.simulated != missing {
             self.outdate();
         }
-        self.simulated = hazard;
+        self.simulated = missing;
         let Some(renderer) = &mut self.renderer else { return Ok(()) };
-        let simulation = hazard.and_then(|(row, how)| Simulation::of(&renderer.plan, row, how).ok());
-        renderer.simulate(simulation)
+        renderer.simulate(missing.and_then(|own| own.simulation(&renderer.plan)))
     }
 
     /// Gives up a surface that is lost, with its swapchain: a window may not have two.

@@ -1,15 +1,13 @@
 //! AMBIENT: light from everywhere, added to LIGHTING's, in its subpass, where more than half-spheres lights the scene.
 
-use std::sync::Arc;
-
 use ash::vk;
 
-use super::screen::{InputDescriptor, InputSet, Screen, ScreenDesc, add};
+use super::screen::{InputSet, Screen, ScreenDesc, add};
 use super::{
-    FrameContext, Making, Pass, PassName, PassRecorder, Presence, Resource, ResourceUse, SAMPLED, SetLayouts, Slot,
-    frame_data, maps, needed,
+    FrameContext, Making, Pass, PassName, PassRecorder, Presence, Resource, ResourceUse, SAMPLED, frame_data, maps,
+    needed,
 };
-use crate::gpu::{self, Device, sync::Use};
+use crate::gpu::{self, sync::Use};
 use crate::gpu_scene::SKY_READ;
 use crate::plan::{FramePlan, Shading};
 use crate::shaders::ambient::{self as shader, Flags, constants};
@@ -33,7 +31,7 @@ pub const PASS: Pass = Pass {
         [frame_data(), ResourceUse::resource(Resource::SkyLight, SKY_READ)].into_iter().chain(maps).collect()
     },
     leave_out: Some(|settings| settings.sky_light = false),
-    make: Some(|own| Ok(Box::new(AmbientPass::new(own.device, own.plan, own.slot()?, own.layouts, &own.inputs())?))),
+    make: Some(|own| Ok(Box::new(AmbientPass::new(own)?))),
 };
 
 /// The pass: its constants set by the plan.
@@ -46,15 +44,10 @@ pub struct AmbientPass {
 }
 
 impl AmbientPass {
-    /// `inputs` are the G-buffer's views.
-    pub fn new(
-        device: &Arc<Device>,
-        plan: &FramePlan,
-        slot: &Slot,
-        layouts: SetLayouts,
-        inputs: &[InputDescriptor],
-    ) -> gpu::Result<Self> {
-        let inputs = InputSet::new(device, "G-buffer inputs of AMBIENT", inputs)?;
+    fn new(own: &Making) -> gpu::Result<Self> {
+        let &Making { device, layouts, plan, .. } = own;
+        let slot = own.slot()?;
+        let inputs = InputSet::new(device, "G-buffer inputs of AMBIENT", &own.inputs())?;
         let shadows = layouts.shadows.filter(|_| plan.has_sky_shadows());
         let set_layouts: Vec<_> = [layouts.frame, inputs.set_layout.raw].into_iter().chain(shadows).collect();
         let screen = |name, flags| {

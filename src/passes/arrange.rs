@@ -1,13 +1,10 @@
 //! ARRANGE: turns the numbers of instances that CULL has counted into places, a work group for each step of depth.
 
-use std::sync::Arc;
-
 use ash::vk;
 
 use super::culling::CullingPipeline;
-use super::{FrameContext, Pass, PassName, PassRecorder, Resource, ResourceUse, culling};
-use crate::gpu::{self, Device, sync::Use};
-use crate::gpu_scene::CullingBuffers;
+use super::{FrameContext, Pass, PassName, PassRecorder, Resource, ResourceUse, compute_stage, culling};
+use crate::gpu::sync::Use;
 use crate::shaders::arrange::{self as shader, Flags};
 use crate::visible::STEPS;
 
@@ -33,20 +30,14 @@ pub const PASS: Pass = Pass {
         ]
     },
     leave_out: None,
-    make: Some(|own| Ok(Box::new(ArrangePass::new(own.device, own.needed(own.culling)?)?))),
+    make: Some(|own| {
+        let stage = compute_stage("arrange", shader::variant, Flags::NONE, &[])?;
+        Ok(Box::new(ArrangePass(CullingPipeline::new(own, "arrange", &stage)?)))
+    }),
 };
 
 /// The pass.
 pub struct ArrangePass(CullingPipeline);
-
-impl ArrangePass {
-    /// # Errors
-    /// When the device cannot compile the pipeline.
-    pub fn new(device: &Arc<Device>, culling: &CullingBuffers) -> gpu::Result<Self> {
-        let entry = shader::variant(Flags::NONE).and_then(|variant| variant.compute());
-        Ok(Self(CullingPipeline::new(device, "arrange", entry, culling)?))
-    }
-}
 
 impl PassRecorder for ArrangePass {
     /// Runs outside any render pass.

@@ -7,11 +7,11 @@ use ash::vk;
 
 use super::{
     FrameContext, InputDescriptor, Making, Pass, PassName, PassRecorder, Presence, Resource, ResourceUse, SAMPLED,
-    needed,
+    compute_stage,
 };
 use crate::gpu::{
-    self, Buffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter, ShaderStage, binding,
-    compute_pipeline, pipeline_layout, sync::Use,
+    self, Buffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter, binding, compute_pipeline,
+    pipeline_layout, sync::Use,
 };
 use crate::plan::{BACKDROP, FramePlan, Target};
 use crate::shaders::backdrop::{self as shader, Flags, constants};
@@ -74,12 +74,8 @@ impl BackdropPass {
             [binding(TEXELS, vk::DescriptorType::STORAGE_BUFFER, COMPUTE)].into_iter().chain(images).collect();
         let set_layout = SetLayout::new(device, "backdrop", &bindings)?;
         let layout = pipeline_layout(device, "backdrop", &[set_layout.raw], &[])?;
-        let Some(entry) = needed("backdrop", shader::variant, flags(own.plan))?.compute() else {
-            return Err(gpu::Error::Unsupported("backdrop.wgsl has no compute entry".into()));
-        };
         let constants = [(constants::LARGEST, own.plan.largest_shown().to_bits())];
-        let stage =
-            ShaderStage { spirv: entry.spirv.words(), entry: entry.name, stage: COMPUTE, constants: &constants };
+        let stage = compute_stage("backdrop", shader::variant, flags(own.plan), &constants)?;
         let pipeline = compute_pipeline(device, "backdrop", &stage, layout.raw)?;
         let levels = buffer(own)?;
         let (pool, set) = bound(device, &set_layout, &levels, &inputs)?;

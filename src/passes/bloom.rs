@@ -12,11 +12,11 @@ use ash::vk;
 use bytemuck::{Pod, Zeroable};
 
 use super::{
-    FrameContext, InputDescriptor, Making, Pass, PassName, PassRecorder, Presence, Resource, ResourceUse, needed,
+    FrameContext, InputDescriptor, Making, Pass, PassName, PassRecorder, Presence, Resource, ResourceUse, compute_stage,
 };
 use crate::gpu::{
-    self, Buffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter, ShaderStage, binding,
-    compute_pipeline, pipeline_layout, sync::Use,
+    self, Buffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter, binding, compute_pipeline,
+    pipeline_layout, sync::Use,
 };
 use crate::plan::{BLOOM_LEVELS, BloomLevel, BloomPlan as Planned, FramePlan, Target};
 use crate::shaders::bloom::{self as shader, Flags, constants};
@@ -177,11 +177,7 @@ impl Steps {
         let layout = pipeline_layout(device, "bloom", &[set_layout.raw], &[range])?;
         let constants = [(constants::TAPS, planned.taps), (constants::LARGEST, plan.largest_shown().to_bits())];
         let pipeline = |&kind: &BloomStage| {
-            let Some(entry) = needed("bloom", shader::variant, flags(plan, kind))?.compute() else {
-                return Err(gpu::Error::Unsupported("bloom.wgsl has no compute entry".into()));
-            };
-            let stage =
-                ShaderStage { spirv: entry.spirv.words(), entry: entry.name, stage: COMPUTE, constants: &constants };
+            let stage = compute_stage("bloom", shader::variant, flags(plan, kind), &constants)?;
             Ok((kind, compute_pipeline(device, "bloom", &stage, layout.raw)?))
         };
         let pipelines = kinds.iter().map(pipeline).collect::<gpu::Result<Vec<_>>>()?;

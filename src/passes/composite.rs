@@ -1,13 +1,11 @@
 //! COMPOSITE: lays the sums of weighted blending over the picture, as one layer.
 
-use std::sync::Arc;
-
-use super::screen::{InputDescriptor, InputSet, Screen, ScreenDesc, over};
+use super::screen::{InputSet, Screen, ScreenDesc, over};
 use super::{
     COLOR_BLEND, ContentsIfFirst, FrameContext, INPUT_READ, Making, Pass, PassName, PassRecorder, Presence,
-    ResourceUse, Slot, needed,
+    ResourceUse, needed,
 };
-use crate::gpu::{self, Device, sync::Use};
+use crate::gpu::{self, sync::Use};
 use crate::plan::{FramePlan, OitTargets, Target};
 use crate::shaders::composite::{self as shader, Flags, constants};
 
@@ -32,7 +30,7 @@ pub const PASS: Pass = Pass {
         ]
     },
     leave_out: None,
-    make: Some(|own| Ok(Box::new(CompositePass::new(own.device, own.plan, own.slot()?, &own.inputs())?))),
+    make: Some(|own| Ok(Box::new(CompositePass::new(own)?))),
 };
 
 /// The pass.
@@ -42,15 +40,15 @@ pub struct CompositePass {
 }
 
 impl CompositePass {
-    /// `inputs` are the sums.
-    pub fn new(device: &Arc<Device>, plan: &FramePlan, slot: &Slot, inputs: &[InputDescriptor]) -> gpu::Result<Self> {
-        let inputs = InputSet::new(device, "sums of transparent surfaces", inputs)?;
+    fn new(own: &Making) -> gpu::Result<Self> {
+        let &Making { device, plan, .. } = own;
+        let inputs = InputSet::new(device, "sums of transparent surfaces", &own.inputs())?;
         let shader = needed("composite", shader::variant, flags(plan))?;
         let screen = Screen::multisampled(
             device,
             &ScreenDesc {
                 name: "composite",
-                slot,
+                slot: own.slot()?,
                 shader,
                 constants: &[
                     (constants::LARGEST, plan.largest_light().to_bits()),

@@ -1,14 +1,11 @@
 //! CULL: which opaque instances are in view, in which step of depth each of them is, and how many come before it in its group. The first of three
 //! passes by which the device finds out what is drawn: ARRANGE and FILL put it into the order in which the CPU would draw it.
 
-use std::sync::Arc;
-
 use ash::vk;
 
 use super::culling::CullingPipeline;
-use super::{FrameContext, Pass, PassName, PassRecorder, Resource, ResourceUse, culling};
-use crate::gpu::{self, Device, sync::Use};
-use crate::gpu_scene::CullingBuffers;
+use super::{FrameContext, Pass, PassName, PassRecorder, Resource, ResourceUse, compute_stage, culling};
+use crate::gpu::sync::Use;
 use crate::shaders::cull::{self as shader, Flags};
 
 /// Reads the CPU's data.
@@ -34,21 +31,16 @@ pub const PASS: Pass = Pass {
         lists.into_iter().chain(pyramid).collect()
     },
     leave_out: None,
-    make: Some(|own| Ok(Box::new(CullPass::new(own.device, own.needed(own.culling)?)?))),
+    make: Some(|own| {
+        let culling = own.needed(own.culling)?;
+        let flags = Flags::HIDES.when(culling.hides()) | Flags::LEVELS.when(culling.has_levels());
+        let stage = compute_stage("cull", shader::variant, flags, &[])?;
+        Ok(Box::new(CullPass(CullingPipeline::new(own, "cull", &stage)?)))
+    }),
 };
 
 /// The pass.
 pub struct CullPass(CullingPipeline);
-
-impl CullPass {
-    /// # Errors
-    /// When the device cannot compile the pipeline.
-    pub fn new(device: &Arc<Device>, culling: &CullingBuffers) -> gpu::Result<Self> {
-        let entry = shader::variant(Flags::HIDES.when(culling.hides()) | Flags::LEVELS.when(culling.has_levels()))
-            .and_then(|variant| variant.compute());
-        Ok(Self(CullingPipeline::new(device, "cull", entry, culling)?))
-    }
-}
 
 impl PassRecorder for CullPass {
     /// Runs outside any render pass.

@@ -1,14 +1,8 @@
 //! DEPTH, the pre-pass: opaque surfaces into the depth target alone, before the same subpass shades them where depths are equal. Masked
 //! ones are left out.
 
-use std::sync::Arc;
-
-use ash::vk;
-
 use super::depth_only::DepthOnly;
-use super::{FrameContext, Pass, PassName, PassRecorder, Presence, Slot, frame_data, meshes};
-use crate::gpu::{self, Device};
-use crate::plan::FramePlan;
+use super::{FrameContext, Pass, PassName, PassRecorder, Presence, frame_data, meshes};
 
 pub const PASS: Pass = Pass {
     place: PassName::pass("DEPTH"),
@@ -24,25 +18,12 @@ pub const PASS: Pass = Pass {
     make: Some(|own| {
         // FORWARD writes light alone.
         let locations = if own.plan.is_forward() { 1 } else { own.plan.geometry_locations() };
-        Ok(Box::new(DepthPass::new(own.device, own.plan, own.slot()?, own.layouts.frame, locations)?))
+        Ok(Box::new(DepthPass(DepthOnly::new(own, "depth", locations)?)))
     }),
 };
 
 /// The pass. It draws inside the subpass that shades afterwards.
 pub struct DepthPass(DepthOnly);
-
-impl DepthPass {
-    /// `colors`: the colour locations of the subpass, none of which is written.
-    pub fn new(
-        device: &Arc<Device>,
-        plan: &FramePlan,
-        slot: &Slot,
-        frame_layout: vk::DescriptorSetLayout,
-        colors: u32,
-    ) -> gpu::Result<Self> {
-        Ok(Self(DepthOnly::new(device, plan, ("depth", slot), frame_layout, colors)?))
-    }
-}
 
 impl PassRecorder for DepthPass {
     /// Draws visible opaque objects. Runs inside the subpass, before the draws that shade.

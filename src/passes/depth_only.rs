@@ -2,15 +2,14 @@
 //! anyway. So are points and lines, which hide next to nothing.
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
 
 use ash::vk;
 
 use super::screen::stages;
-use super::{FrameContext, MeshDraws, Slot, needed};
-use crate::gpu::{self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, pipeline_layout};
+use super::{FrameContext, Making, MeshDraws, needed};
+use crate::gpu::{self, DepthState, GraphicsPipeline, GraphicsPipelineDesc, Owned, pipeline_layout};
 use crate::gpu_scene::{POSITION, ROWS, vertex_input};
-use crate::plan::{Extras, FramePlan, GeometryKey};
+use crate::plan::{Extras, GeometryKey};
 use crate::shaders::depth::{self as shader, Flags};
 use crate::visible::Draw;
 
@@ -30,14 +29,9 @@ pub struct DepthOnly {
 
 impl DepthOnly {
     /// `colors`: the colour locations of the subpass, none of which is written.
-    pub fn new(
-        device: &Arc<Device>,
-        plan: &FramePlan,
-        (name, slot): (&str, &Slot),
-        frame_layout: vk::DescriptorSetLayout,
-        colors: u32,
-    ) -> gpu::Result<Self> {
-        let layout = pipeline_layout(device, &format!("{name} layout"), &[frame_layout], &[])?;
+    pub fn new(own: &Making, name: &str, colors: u32) -> gpu::Result<Self> {
+        let &Making { device, plan, .. } = own;
+        let layout = pipeline_layout(device, &format!("{name} layout"), &[own.layouts.frame], &[])?;
         let variant = needed("depth", shader::variant, Flags::NONE)?;
         let (vertex_bindings, vertex_attributes) =
             vertex_input(&[POSITION, ROWS, ROWS + 1, ROWS + 2], Extras::default());
@@ -64,7 +58,7 @@ impl DepthOnly {
                     blend: &blend,
                     samples: plan.sample_count(),
                     layout: layout.raw,
-                    place: slot,
+                    place: own.slot()?,
                 },
             )?;
             pipelines.insert((two_sided, mirrored), pipeline);

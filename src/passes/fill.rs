@@ -1,13 +1,10 @@
 //! FILL: writes the rows of the instances that are seen, in the order in which they are drawn, and the commands that draw them.
 
-use std::sync::Arc;
-
 use ash::vk;
 
 use super::culling::CullingPipeline;
-use super::{FrameContext, Pass, PassName, PassRecorder, Resource, ResourceUse, culling};
-use crate::gpu::{self, Device, sync::Use};
-use crate::gpu_scene::CullingBuffers;
+use super::{FrameContext, Pass, PassName, PassRecorder, Resource, ResourceUse, compute_stage, culling};
+use crate::gpu::sync::Use;
 use crate::shaders::fill::{self as shader, Flags};
 
 /// Reads the CPU's data.
@@ -30,20 +27,15 @@ pub const PASS: Pass = Pass {
         ]
     },
     leave_out: None,
-    make: Some(|own| Ok(Box::new(FillPass::new(own.device, own.needed(own.culling)?)?))),
+    make: Some(|own| {
+        let culling = own.needed(own.culling)?;
+        let stage = compute_stage("fill", shader::variant, Flags::LOOKS.when(culling.has_looks()), &[])?;
+        Ok(Box::new(FillPass(CullingPipeline::new(own, "fill", &stage)?)))
+    }),
 };
 
 /// The pass.
 pub struct FillPass(CullingPipeline);
-
-impl FillPass {
-    /// # Errors
-    /// When the device cannot compile the pipeline.
-    pub fn new(device: &Arc<Device>, culling: &CullingBuffers) -> gpu::Result<Self> {
-        let entry = shader::variant(Flags::LOOKS.when(culling.has_looks())).and_then(|variant| variant.compute());
-        Ok(Self(CullingPipeline::new(device, "fill", entry, culling)?))
-    }
-}
 
 impl PassRecorder for FillPass {
     /// Runs outside any render pass.

@@ -1,16 +1,14 @@
 //! FOG: the light that the air takes from each pixel's, and the light that it scatters to the eye, in a subpass of its own after the one that lights
 //! opaque surfaces.
 
-use std::sync::Arc;
-
 use ash::vk;
 
-use super::screen::{InputDescriptor, InputSet, Screen, ScreenDesc, add, replace};
+use super::screen::{InputSet, Screen, ScreenDesc, add, replace};
 use super::{
     COLOR_BLEND, ContentsIfFirst, FrameContext, INPUT_READ, Making, Pass, PassName, PassRecorder, Presence,
-    ResourceUse, SetLayouts, Slot, air, frame_data, needed,
+    ResourceUse, air, frame_data, needed,
 };
-use crate::gpu::{self, Device, sync::Use};
+use crate::gpu::{self, sync::Use};
 use crate::plan::{FramePlan, Target};
 use crate::scene::Fog;
 use crate::shaders::fog::{self as shader, Flags, constants};
@@ -39,7 +37,7 @@ pub const PASS: Pass = Pass {
         own.into_iter().chain(air::touch(plan)).collect()
     },
     leave_out: Some(|settings| settings.fog = Fog::Off),
-    make: Some(|own| Ok(Box::new(FogPass::new(own.device, own.plan, own.slot()?, own.layouts, &own.inputs())?))),
+    make: Some(|own| Ok(Box::new(FogPass::new(own)?))),
 };
 
 /// The pass: its constants set by the plan.
@@ -49,15 +47,9 @@ pub struct FogPass {
 }
 
 impl FogPass {
-    /// `inputs` is the depth.
-    pub fn new(
-        device: &Arc<Device>,
-        plan: &FramePlan,
-        slot: &Slot,
-        layouts: SetLayouts,
-        inputs: &[InputDescriptor],
-    ) -> gpu::Result<Self> {
-        let inputs = InputSet::new(device, "depth for FOG", inputs)?;
+    fn new(own: &Making) -> gpu::Result<Self> {
+        let &Making { device, layouts, plan, .. } = own;
+        let inputs = InputSet::new(device, "depth for FOG", &own.inputs())?;
         let mut constants = vec![
             (constants::LARGEST, plan.largest_light().to_bits()),
             (constants::ORTHOGRAPHIC, u32::from(plan.orthographic)),
@@ -68,7 +60,7 @@ impl FogPass {
         }
         let desc = ScreenDesc {
             name: "fog",
-            slot,
+            slot: own.slot()?,
             shader: needed("fog", shader::variant, flags(plan))?,
             constants: &constants,
             set_layouts: &[layouts.frame, inputs.set_layout.raw],

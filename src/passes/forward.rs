@@ -1,15 +1,12 @@
 //! FORWARD: opaque surfaces, lit while they are rasterized, in GEOMETRY's and LIGHTING's place.
 
-use std::sync::Arc;
-
 use super::screen::replace;
 use super::surface::{Limits, LitDesc, SurfacePipelines, lit_pipeline, opaque_depth};
 use super::{
-    COLOR_WRITE, ContentsIfFirst, EARLY_DEPTH_READ, FrameContext, LATE_DEPTH_WRITE, Pass, PassName, PassRecorder,
-    Presence, ResourceUse, SAMPLED, SetLayouts, Slot, culled, frame_data, looked_up, maps, meshes,
+    COLOR_WRITE, ContentsIfFirst, EARLY_DEPTH_READ, FrameContext, LATE_DEPTH_WRITE, Making, Pass, PassName,
+    PassRecorder, Presence, ResourceUse, SAMPLED, culled, frame_data, looked_up, maps, meshes,
 };
-use crate::gpu::{self, Device, sync::Use};
-use crate::gpu_scene::GpuScene;
+use crate::gpu::{self, sync::Use};
 use crate::plan::FramePlan;
 use crate::shaders::forward::Flags;
 
@@ -51,7 +48,7 @@ pub const PASS: Pass = Pass {
             .collect()
     },
     leave_out: None,
-    make: Some(|own| Ok(Box::new(ForwardPass::new(own.device, own.plan, own.slot()?, own.layouts, own.scene)?))),
+    make: Some(|own| Ok(Box::new(ForwardPass::new(own)?))),
 };
 
 /// The pass: a pipeline for each [`GeometryKey`](crate::plan::GeometryKey) of the plan.
@@ -60,14 +57,9 @@ pub struct ForwardPass {
 }
 
 impl ForwardPass {
-    /// `layouts` are those of set 0 and, where the plan has shadow maps, of set 2.
-    pub fn new(
-        device: &Arc<Device>,
-        plan: &FramePlan,
-        slot: &Slot,
-        layouts: SetLayouts,
-        scene: &GpuScene,
-    ) -> gpu::Result<Self> {
+    fn new(own: &Making) -> gpu::Result<Self> {
+        let &Making { device, layouts, plan, scene, .. } = own;
+        let slot = own.slot()?;
         let mut surfaces = SurfacePipelines::new(device, plan, ("forward", &plan.geometry), layouts, scene)?;
         for &key in &plan.geometry {
             let desc = LitDesc {

@@ -7,11 +7,10 @@ use ash::vk;
 use super::screen::{add, replace};
 use super::surface::{SurfaceDesc, SurfacePipelines, opaque_depth, surface_pipeline};
 use super::{
-    COLOR_BLEND, ContentsIfFirst, EARLY_DEPTH_READ, FrameContext, LATE_DEPTH_WRITE, Pass, PassName, PassRecorder,
-    Presence, ResourceUse, SetLayouts, Slot, culled, frame_data, meshes, needed,
+    COLOR_BLEND, ContentsIfFirst, EARLY_DEPTH_READ, FrameContext, LATE_DEPTH_WRITE, Making, Pass, PassName,
+    PassRecorder, Presence, ResourceUse, SetLayouts, Slot, culled, frame_data, meshes, needed,
 };
 use crate::gpu::{self, Device, Owned, sync::Use};
-use crate::gpu_scene::GpuScene;
 use crate::plan::{FramePlan, GeometryKey, Shading, Target};
 use crate::scene::TextureSlot;
 use crate::shaders::geometry::{self as shader, Flags, constants};
@@ -37,7 +36,7 @@ pub const PASS: Pass = Pass {
     },
     touches,
     leave_out: None,
-    make: Some(|own| Ok(Box::new(GeometryPass::new(own.device, own.plan, own.slot()?, own.layouts.frame, own.scene)?))),
+    make: Some(|own| Ok(Box::new(GeometryPass::new(own)?))),
 };
 
 fn touches(plan: &FramePlan) -> Vec<ResourceUse> {
@@ -84,13 +83,10 @@ pub struct GeometryPass {
 }
 
 impl GeometryPass {
-    pub fn new(
-        device: &Arc<Device>,
-        plan: &FramePlan,
-        slot: &Slot,
-        frame_layout: vk::DescriptorSetLayout,
-        scene: &GpuScene,
-    ) -> gpu::Result<Self> {
+    fn new(own: &Making) -> gpu::Result<Self> {
+        let &Making { device, plan, scene, .. } = own;
+        let frame_layout = own.layouts.frame;
+        let slot = own.slot()?;
         let mut surfaces = SurfacePipelines::new(
             device,
             plan,

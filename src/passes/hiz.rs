@@ -1,13 +1,11 @@
 //! HIZ: the nearest and the farthest depth of squares of the picture, in five sizes of squares, so that a ray takes long steps where nothing is.
 
-use std::sync::Arc;
-
 use ash::vk;
 
-use super::per_pixel::{ImageBinding, PerPixelDesc, PerPixelPass};
+use super::per_pixel::PerPixelPass;
 use super::{FrameContext, Making, Pass, PassName, PassRecorder, Presence, ResourceUse, needed};
-use crate::gpu::{self, Device, sync::Use};
-use crate::plan::{FramePlan, HIZ, Hiz, Target};
+use crate::gpu::{self, sync::Use};
+use crate::plan::{HIZ, Hiz, Target};
 use crate::shaders::group_edge;
 use crate::shaders::hiz::{self as shader, Flags};
 
@@ -30,7 +28,7 @@ pub const PASS: Pass = Pass {
         ]
     },
     leave_out: None,
-    make: Some(|own| Ok(Box::new(HizPass::new(own.device, own.plan, own.layouts.frame, &own.images())?))),
+    make: Some(|own| Ok(Box::new(HizPass::new(own)?))),
 };
 
 /// The pass.
@@ -40,20 +38,9 @@ pub struct HizPass {
 }
 
 impl HizPass {
-    /// `images` are depth and the pyramid.
-    pub fn new(
-        device: &Arc<Device>,
-        plan: &FramePlan,
-        frame_layout: vk::DescriptorSetLayout,
-        images: &[ImageBinding],
-    ) -> gpu::Result<Self> {
-        let desc = PerPixelDesc {
-            name: "hiz",
-            shader: needed("hiz", shader::variant, Flags::NONE)?,
-            constants: &[],
-            frame_layout,
-        };
-        Ok(Self { pass: PerPixelPass::new(device, &desc, images)?, tiles: Hiz::of(plan.size).tiles })
+    fn new(own: &Making) -> gpu::Result<Self> {
+        let shader = needed("hiz", shader::variant, Flags::NONE)?;
+        Ok(Self { pass: PerPixelPass::new(own, ("hiz", shader), &[])?, tiles: Hiz::of(own.plan.size).tiles })
     }
 }
 

@@ -119,7 +119,7 @@ use std::ops::Range;
 
 use ash::vk;
 
-use crate::gpu::{self, Device, PipelinePlace, Timestamps, sync::Use};
+use crate::gpu::{self, Device, PipelinePlace, ShaderStage, Timestamps, sync::Use};
 use crate::gpu_scene::{
     CulledState, CullingBuffers, GpuScene, INDEX_READ, Instances, SKY_READ, TEXTURE_READ, VERTEX_READ,
 };
@@ -267,6 +267,20 @@ pub fn needed<F: Copy + std::fmt::Debug>(
     flags: F,
 ) -> gpu::Result<&'static Variant> {
     variant(flags).ok_or_else(|| gpu::Error::Unsupported(format!("{shader}.wgsl has no variant {flags:?}")))
+}
+
+/// The compute stage of the variant of a shader that `flags` name, with these constants. Tests hold that each plan's flags have one.
+pub fn compute_stage<'a, F: Copy + std::fmt::Debug>(
+    shader: &str,
+    variant: fn(F) -> Option<&'static Variant>,
+    flags: F,
+    constants: &'a [(u32, u32)],
+) -> gpu::Result<ShaderStage<'a>> {
+    let Some(entry) = needed(shader, variant, flags)?.compute() else {
+        return Err(gpu::Error::Unsupported(format!("{shader}.wgsl has no compute entry")));
+    };
+    let stage = vk::ShaderStageFlags::COMPUTE;
+    Ok(ShaderStage { spirv: entry.spirv.words(), entry: entry.name, stage, constants })
 }
 
 /// The subpass in which a pipeline runs.

@@ -1,15 +1,11 @@
 //! LIGHTING, light by light: after LIGHTING's own triangle (ambient and directional light) each light is a draw, added by blending: cut
 //! to a rectangle of pixels (`per-light`), or as a sphere or cone in space (`volumes`).
 
-use std::sync::Arc;
-
 use ash::vk;
 
-use super::screen::{InputDescriptor, InputSet, add, stages};
-use super::{
-    FrameContext, Making, Pass, PassName, PassRecorder, Presence, Resource, ResourceUse, SetLayouts, Slot, needed,
-};
-use crate::gpu::{self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, pipeline_layout};
+use super::screen::{InputSet, add, stages};
+use super::{FrameContext, Making, Pass, PassName, PassRecorder, Presence, Resource, ResourceUse, needed};
+use crate::gpu::{self, DepthState, GraphicsPipeline, GraphicsPipelineDesc, Owned, pipeline_layout};
 use crate::gpu_scene::{POSITION, VERTEX_READ, vertex_input};
 use crate::plan::{Extras, FramePlan, Shading};
 use crate::scene::LightPath;
@@ -36,7 +32,7 @@ pub const PASS: Pass = Pass {
         plan.uploads.volumes.then_some(ResourceUse::resource(Resource::Vertices, VERTEX_READ)).into_iter().collect()
     },
     leave_out: None,
-    make: Some(|own| Ok(Box::new(PerLightPass::new(own.device, own.plan, own.slot()?, own.layouts, &own.inputs())?))),
+    make: Some(|own| Ok(Box::new(PerLightPass::new(own)?))),
 };
 
 /// The pass. It draws inside LIGHTING's subpass.
@@ -47,15 +43,9 @@ pub struct PerLightPass {
 }
 
 impl PerLightPass {
-    /// `layouts` are those of set 0 and, where the plan has shadow maps, of set 2; `inputs` are the G-buffer's views.
-    pub fn new(
-        device: &Arc<Device>,
-        plan: &FramePlan,
-        slot: &Slot,
-        layouts: SetLayouts,
-        inputs: &[InputDescriptor],
-    ) -> gpu::Result<Self> {
-        let inputs = InputSet::new(device, "G-buffer inputs light by light", inputs)?;
+    fn new(own: &Making) -> gpu::Result<Self> {
+        let &Making { device, layouts, plan, .. } = own;
+        let inputs = InputSet::new(device, "G-buffer inputs light by light", &own.inputs())?;
         let flags = flags(plan);
         let volume = plan.light_path == LightPath::Volumes;
         let shader = needed("per_light", shader::variant, flags)?;
@@ -85,7 +75,7 @@ impl PerLightPass {
                 blend: &[add()],
                 samples: vk::SampleCountFlags::TYPE_1,
                 layout: layout.raw,
-                place: slot,
+                place: own.slot()?,
             },
         )?;
         Ok(Self { layout, pipeline, inputs })

@@ -25,15 +25,6 @@ pub(super) fn sampled_gbuffer(plan: &FramePlan, read: Use) -> Vec<ResourceUse> {
         .collect()
 }
 
-/// Before it exists.
-pub struct PerPixelDesc<'a> {
-    pub name: &'a str,
-    pub shader: &'a Variant,
-    pub constants: &'a [(u32, u32)],
-    /// Of set 0.
-    pub frame_layout: vk::DescriptorSetLayout,
-}
-
 /// A compute pipeline with its images.
 pub struct PerPixelPass {
     name: String,
@@ -47,18 +38,18 @@ pub struct PerPixelPass {
 }
 
 impl PerPixelPass {
-    pub fn new(device: &Arc<Device>, desc: &PerPixelDesc, images: &[ImageBinding]) -> gpu::Result<Self> {
-        let name = desc.name;
-        let Some(entry) = desc.shader.compute() else {
+    /// With a descriptor for each image that the pass touches.
+    pub fn new(own: &Making, (name, shader): (&str, &Variant), constants: &[(u32, u32)]) -> gpu::Result<Self> {
+        let (device, images) = (own.device, own.images());
+        let Some(entry) = shader.compute() else {
             return Err(gpu::Error::Unsupported(format!("{name}.wgsl has no compute entry")));
         };
         let bindings: Vec<_> = images.iter().map(|image| binding(image.0, image.3, COMPUTE)).collect();
         let set_layout = SetLayout::new(device, name, &bindings)?;
-        let layout = pipeline_layout(device, name, &[desc.frame_layout, set_layout.raw], &[])?;
-        let stage =
-            ShaderStage { spirv: entry.spirv.words(), entry: entry.name, stage: COMPUTE, constants: desc.constants };
+        let layout = pipeline_layout(device, name, &[own.layouts.frame, set_layout.raw], &[])?;
+        let stage = ShaderStage { spirv: entry.spirv.words(), entry: entry.name, stage: COMPUTE, constants };
         let pipeline = compute_pipeline(device, name, &stage, layout.raw)?;
-        let (pool, set) = bound(device, name, &set_layout, images)?;
+        let (pool, set) = bound(device, name, &set_layout, &images)?;
         let [across, down, _] = entry.workgroup_size;
         Ok(Self { name: name.to_owned(), group: [across, down], layout, pipeline, set_layout, pool, set })
     }

@@ -6,10 +6,10 @@ use std::sync::Arc;
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
 
-use super::{PassName, needed};
+use super::{PassName, compute_stage};
 use crate::gpu::sync::{Dependency, Layouts, SyncVersion, Use};
 use crate::gpu::{
-    self, CommandBuffer, DescriptorPool, Device, Image, Owned, SetLayout, SetWriter, ShaderStage, barrier, binding,
+    self, CommandBuffer, DescriptorPool, Device, Image, Owned, SetLayout, SetWriter, barrier, binding,
     compute_pipeline, pipeline_layout,
 };
 use crate::gpu_scene::{BASE_EDGE, LOBE_EDGE, LOBE_LEVELS, SkyMaps, TABLE_EDGE};
@@ -172,8 +172,6 @@ fn levels(lobe: &Image) -> gpu::Result<Vec<Owned<vk::ImageView>>> {
 
 impl PrefilterProgram {
     fn new(device: &Arc<Device>, flags: Flags) -> gpu::Result<Self> {
-        let entry = needed("prefilter", shader::variant, flags)?.compute();
-        let entry = entry.ok_or_else(|| gpu::Error::Unsupported("prefilter.wgsl has no compute entry".into()))?;
         let mut bindings = vec![binding(2, vk::DescriptorType::STORAGE_IMAGE, COMPUTE)];
         if flags != Flags::NONE {
             bindings.push(binding(0, vk::DescriptorType::SAMPLED_IMAGE, COMPUTE));
@@ -185,7 +183,7 @@ impl PrefilterProgram {
         let set_layout = SetLayout::new(device, &name, &bindings)?;
         let range = vk::PushConstantRange { stage_flags: COMPUTE, offset: 0, size: size_of::<PrefilterPush>() as u32 };
         let layout = pipeline_layout(device, &name, &[set_layout.raw], &[range])?;
-        let stage = ShaderStage { spirv: entry.spirv.words(), entry: entry.name, stage: COMPUTE, constants: &[] };
+        let stage = compute_stage("prefilter", shader::variant, flags, &[])?;
         let pipeline = compute_pipeline(device, &name, &stage, layout.raw)?;
         Ok(Self { set_layout, layout, pipeline })
     }

@@ -1,13 +1,11 @@
 //! REFLECT_RESOLVE: adds the findings of a pixel's rays and of those around it, weighted by the pixel's lobe, to its light. They replace the sky's
 //! and the ambient light that the pixel has for this share of the lobe.
 
-use std::sync::Arc;
-
 use ash::vk;
 
-use super::per_pixel::{ImageBinding, PerPixelDesc, PerPixelPass, sampled_gbuffer};
+use super::per_pixel::{PerPixelPass, sampled_gbuffer};
 use super::{Pass, PassName, Presence, Resource, ResourceUse, frame_data, needed};
-use crate::gpu::{self, Device, sync::Use};
+use crate::gpu::sync::Use;
 use crate::plan::{FramePlan, RAYS, Target};
 use crate::shaders::reflect_resolve::{self as shader, Flags, constants};
 
@@ -47,24 +45,11 @@ pub const PASS: Pass = Pass {
         touches
     },
     leave_out: None,
-    make: Some(|own| Ok(Box::new(new(own.device, own.plan, own.layouts.frame, &own.images())?))),
+    make: Some(|own| {
+        let shader = needed("reflect_resolve", shader::variant, flags(own.plan))?;
+        Ok(Box::new(PerPixelPass::new(own, ("reflect_resolve", shader), &constants_of(own.plan))?))
+    }),
 };
-
-/// `images` are the G-buffer, REFLECT's hits, and the light as it is stored to.
-pub fn new(
-    device: &Arc<Device>,
-    plan: &FramePlan,
-    frame_layout: vk::DescriptorSetLayout,
-    images: &[ImageBinding],
-) -> gpu::Result<PerPixelPass> {
-    let desc = PerPixelDesc {
-        name: "reflect_resolve",
-        shader: needed("reflect_resolve", shader::variant, flags(plan))?,
-        constants: &constants_of(plan),
-        frame_layout,
-    };
-    PerPixelPass::new(device, &desc, images)
-}
 
 /// Returns the shader variant of a plan.
 pub(crate) fn flags(plan: &FramePlan) -> Flags {

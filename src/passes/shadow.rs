@@ -11,15 +11,15 @@ use super::casters::{self, PUSH_STAGES, streams};
 use super::spirv::with_cells;
 use super::surface::textured_stages;
 use super::{
-    ContentsIfFirst, EARLY_DEPTH_WRITE, FrameContext, LATE_DEPTH_WRITE, MapRecording, MeshDraws, Pass, PassName,
-    PassRecorder, Presence, Resource, ResourceUse, Slot, UseKind, frame_data, meshes, needed,
+    ContentsIfFirst, EARLY_DEPTH_WRITE, FrameContext, LATE_DEPTH_WRITE, Making, MapRecording, MeshDraws, Pass,
+    PassName, PassRecorder, Presence, Resource, ResourceUse, Slot, UseKind, frame_data, meshes, needed,
 };
 use crate::gpu::{self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, pipeline_layout, sync::Use};
-use crate::gpu_scene::{GpuScene, HOLES};
-use crate::plan::{DEPTH, Extras, ShadowPlan};
+use crate::gpu_scene::HOLES;
+use crate::plan::{DEPTH, Extras};
 use crate::scene::{AlphaMode, CastsShadow, TextureSlot};
 use crate::shaders::shadow::{self as shader, Flags, constants};
-use crate::visible::{Caster, World, WorldObject};
+use crate::visible::{Caster, WorldObject};
 
 /// Clears a map's square, before it is tested and drawn into.
 pub const MAP_CLEAR: Use = EARLY_DEPTH_WRITE;
@@ -42,10 +42,7 @@ pub const PASS: Pass = Pass {
         [map, frame_data()].into_iter().chain(meshes(plan)).collect()
     },
     leave_out: None,
-    make: Some(|own| {
-        let planned = own.needed(own.plan.shadow.as_ref())?;
-        Ok(Box::new(ShadowPass::new(own.device, planned, own.slot()?, own.scene, own.world)?))
-    }),
+    make: Some(|own| Ok(Box::new(ShadowPass::new(own)?))),
 };
 
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
@@ -123,13 +120,9 @@ pub fn attachment() -> vk::AttachmentDescription {
 }
 
 impl ShadowPass {
-    pub fn new(
-        device: &Arc<Device>,
-        plan: &ShadowPlan,
-        slot: &Slot,
-        scene: &GpuScene,
-        world: &World,
-    ) -> gpu::Result<Self> {
+    fn new(own: &Making) -> gpu::Result<Self> {
+        let &Making { device, scene, world, .. } = own;
+        let (plan, slot) = (own.needed(own.plan.shadow.as_ref())?, own.slot()?);
         let range = vk::PushConstantRange { stage_flags: PUSH_STAGES, offset: 0, size: size_of::<ShadowPush>() as u32 };
         let plain_layout = pipeline_layout(device, "shadow layout", &[], &[range])?;
         let holes = scene.materials.as_ref().and_then(|materials| materials.layout(HOLES));

@@ -8,10 +8,10 @@ use ash::vk;
 use super::screen::{Screen, ScreenDesc, replace};
 use super::{
     COLOR_READ, COLOR_WRITE, ContentsIfFirst, FrameContext, Making, Pass, PassName, PassRecorder, Presence, Resource,
-    ResourceUse, SAMPLED, Slot, needed,
+    ResourceUse, SAMPLED, needed,
 };
 use crate::gpu::{self, Buffer, DescriptorPool, Device, SetLayout, SetWriter, binding, sync::Use};
-use crate::plan::{FramePlan, TAA_MEAN, TaaPlan, Target};
+use crate::plan::{TAA_MEAN, Target};
 use crate::shaders::sharpen::{self as shader, Flags, constants};
 
 /// Reads what TAA wrote, of a pixel and its neighbours.
@@ -32,10 +32,7 @@ pub const PASS: Pass = Pass {
         ]
     },
     leave_out: None,
-    make: Some(|own| {
-        let planned = own.needed(own.plan.effects.taa.as_ref())?;
-        Ok(Box::new(SharpenPass::new(own.device, own.plan, planned, own.slot()?, histories(own)?)?))
-    }),
+    make: Some(|own| Ok(Box::new(SharpenPass::new(own)?))),
 };
 
 /// The pass.
@@ -48,22 +45,16 @@ pub struct SharpenPass {
 }
 
 impl SharpenPass {
-    /// # Errors
-    /// When the device cannot compile a pipeline.
-    pub fn new(
-        device: &Arc<Device>,
-        plan: &FramePlan,
-        planned: &TaaPlan,
-        slot: &Slot,
-        histories: [&Buffer; 2],
-    ) -> gpu::Result<Self> {
+    fn new(own: &Making) -> gpu::Result<Self> {
+        let &Making { device, plan, .. } = own;
+        let planned = own.needed(plan.effects.taa.as_ref())?;
         let kind = vk::DescriptorType::STORAGE_BUFFER;
         let layout = SetLayout::new(device, "sharpen", &[binding(0, kind, vk::ShaderStageFlags::FRAGMENT)])?;
         let screen = Screen::new(
             device,
             &ScreenDesc {
                 name: "sharpen",
-                slot,
+                slot: own.slot()?,
                 shader: needed("sharpen", shader::variant, Flags::NONE)?,
                 constants: &[
                     (constants::SHARPNESS, planned.sharpness.to_bits()),
@@ -76,7 +67,7 @@ impl SharpenPass {
                 blend: replace(),
             },
         )?;
-        let (pool, sets) = bound(device, &layout, histories)?;
+        let (pool, sets) = bound(device, &layout, histories(own)?)?;
         Ok(Self { screen, layout, pool, sets })
     }
 }

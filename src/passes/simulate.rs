@@ -6,12 +6,12 @@ use ash::vk;
 use bytemuck::{Pod, Zeroable};
 
 use super::{
-    FrameContext, Pass, PassName, PassRecorder, Presence, Resource, ResourceUse, SetLayouts, frame_data, light_maps,
-    needed,
+    FrameContext, Pass, PassName, PassRecorder, Presence, Resource, ResourceUse, SetLayouts, compute_stage, frame_data,
+    light_maps,
 };
 use crate::gpu::{
-    self, Buffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter, ShaderStage, binding,
-    compute_pipeline, pipeline_layout, sync::Use,
+    self, Buffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter, binding, compute_pipeline,
+    pipeline_layout, sync::Use,
 };
 use crate::plan::{FramePlan, PARTICLES, ParticlePlan, sort_places};
 use crate::shaders::simulate::{self as shader, Flags, constants};
@@ -137,10 +137,6 @@ impl SimulatePass {
             Ok(set)
         };
         let sets = emitters.iter().enumerate().map(set).collect::<gpu::Result<_>>()?;
-        let entry = needed("simulate", shader::variant, flags(plan))?.compute();
-        let Some(entry) = entry else {
-            return Err(gpu::Error::Unsupported("simulate.wgsl has no compute entry".into()));
-        };
         let range = vk::PushConstantRange { stage_flags: COMPUTE, offset: 0, size: shader::push::SIZE as u32 };
         let all: Vec<_> = [layouts.frame, set_layout.raw].into_iter().chain(layouts.shadows).collect();
         let layout = pipeline_layout(device, "simulate", &all, &[range])?;
@@ -154,8 +150,7 @@ impl SimulatePass {
             (constants::LARGEST, plan.largest_light().to_bits()),
             (constants::COUNTS, u32::from(planned.counts)),
         ];
-        let stage =
-            ShaderStage { spirv: entry.spirv.words(), entry: entry.name, stage: COMPUTE, constants: &constants };
+        let stage = compute_stage("simulate", shader::variant, flags(plan), &constants)?;
         let pipeline = compute_pipeline(device, "simulate", &stage, layout.raw)?;
         Ok(Self { buffers, emitters, sets, layout, pipeline, _set_layout: set_layout, _pool: pool })
     }

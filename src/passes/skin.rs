@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::{FrameContext, Pass, PassName, PassRecorder, Presence, Resource, ResourceUse};
+use super::{FrameContext, Pass, PassName, PassRecorder, Presence, Resource, ResourceUse, compute_stage};
 use crate::gpu::{
-    self, Buffer, DescriptorPool, Device, Owned, SetLayout, SetWriter, ShaderStage, binding, compute_pipeline,
-    pipeline_layout, sync::Use,
+    self, Buffer, DescriptorPool, Device, Owned, SetLayout, SetWriter, binding, compute_pipeline, pipeline_layout,
+    sync::Use,
 };
 use crate::gpu_scene::{Deformed, PoseBuffer, SkinPush};
 use crate::plan::FramePlan;
@@ -81,11 +81,9 @@ impl SkinPass {
             Ok(set)
         };
         let sets = poses.enumerate().map(set).collect::<gpu::Result<_>>()?;
-        let entry = shader::variant(Flags::NONE).and_then(|variant| variant.compute());
-        let Some(entry) = entry else { return Err(gpu::Error::Unsupported("skin.wgsl has no compute entry".into())) };
         let range = vk::PushConstantRange { stage_flags: COMPUTE, offset: 0, size: shader::push::SIZE as u32 };
         let layout = pipeline_layout(device, "skin", &[set_layout.raw], &[range])?;
-        let stage = ShaderStage { spirv: entry.spirv.words(), entry: entry.name, stage: COMPUTE, constants: &[] };
+        let stage = compute_stage("skin", shader::variant, Flags::NONE, &[])?;
         let pipeline = compute_pipeline(device, "skin", &stage, layout.raw)?;
         Ok(Self { layout, pipeline, sets, push: deformed.push, _set_layout: set_layout, _pool: pool })
     }

@@ -5,10 +5,10 @@ use std::sync::Arc;
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
 
-use super::{FrameContext, Pass, PassName, PassRecorder, Presence, Resource, ResourceUse, needed};
+use super::{FrameContext, Pass, PassName, PassRecorder, Presence, Resource, ResourceUse, compute_stage};
 use crate::gpu::{
-    self, Buffer, DescriptorPool, Device, Owned, SetLayout, SetWriter, ShaderStage, binding, compute_pipeline,
-    pipeline_layout, sync::Use,
+    self, Buffer, DescriptorPool, Device, Owned, SetLayout, SetWriter, binding, compute_pipeline, pipeline_layout,
+    sync::Use,
 };
 use crate::plan::{PARTICLES, SORT_BLOCK, sort_places};
 use crate::shaders::sort::{self as shader, Flags};
@@ -80,14 +80,8 @@ impl SortPass {
         SetWriter::new().storage_buffer(0, keys, keys.size).update(device, set);
         let range = vk::PushConstantRange { stage_flags: COMPUTE, offset: 0, size: shader::push::SIZE as u32 };
         let layout = pipeline_layout(device, "sort", &[set_layout.raw], &[range])?;
-        let pipeline = |flags| {
-            let entry = needed("sort", shader::variant, flags)?.compute();
-            let Some(entry) = entry else {
-                return Err(gpu::Error::Unsupported("sort.wgsl has no compute entry".into()));
-            };
-            let stage = ShaderStage { spirv: entry.spirv.words(), entry: entry.name, stage: COMPUTE, constants: &[] };
-            compute_pipeline(device, "sort", &stage, layout.raw)
-        };
+        let pipeline =
+            |flags| compute_pipeline(device, "sort", &compute_stage("sort", shader::variant, flags, &[])?, layout.raw);
         let pipelines = [pipeline(Flags::NONE)?, pipeline(Flags::LOCAL)?];
         Ok(Self { layout, pipelines, set, _set_layout: set_layout, _pool: pool })
     }

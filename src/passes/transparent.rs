@@ -1,18 +1,15 @@
 //! TRANSPARENT: surfaces that show others behind them, lit while they are rasterized, over the picture that LIGHTING has made. Sorted, each over the
 //! picture so far; or summed up with weights in any order, for COMPOSITE to lay over the picture.
 
-use std::sync::Arc;
-
 use ash::vk;
 
 use super::blending::{blend, limits, targets};
 use super::surface::{LitDesc, SurfacePipelines, lit_pipeline};
 use super::{
-    FrameContext, Pass, PassName, PassRecorder, Presence, ResourceUse, SAMPLED, SetLayouts, Slot, air, frame_data,
-    looked_up, maps, meshes,
+    FrameContext, Making, Pass, PassName, PassRecorder, Presence, ResourceUse, SAMPLED, air, frame_data, looked_up,
+    maps, meshes,
 };
-use crate::gpu::{self, DepthState, Device, sync::Use};
-use crate::gpu_scene::GpuScene;
+use crate::gpu::{self, DepthState, sync::Use};
 use crate::plan::{FramePlan, GeometryKey, Opacity, effects};
 use crate::scene::{OptionalPart, Transparency};
 use crate::shaders::forward::Flags;
@@ -36,7 +33,7 @@ pub const PASS: Pass = Pass {
     },
     touches,
     leave_out: None,
-    make: Some(|own| Ok(Box::new(TransparentPass::new(own.device, own.plan, own.slot()?, own.layouts, own.scene)?))),
+    make: Some(|own| Ok(Box::new(TransparentPass::new(own)?))),
 };
 
 /// The effect that is blended where no transparent surface is.
@@ -61,14 +58,9 @@ pub struct TransparentPass {
 }
 
 impl TransparentPass {
-    /// `layouts` are those of set 0 and, where the plan has shadow maps, of set 2.
-    pub fn new(
-        device: &Arc<Device>,
-        plan: &FramePlan,
-        slot: &Slot,
-        layouts: SetLayouts,
-        scene: &GpuScene,
-    ) -> gpu::Result<Self> {
+    fn new(own: &Making) -> gpu::Result<Self> {
+        let &Making { device, layouts, plan, scene, .. } = own;
+        let slot = own.slot()?;
         let mut surfaces = SurfacePipelines::new(device, plan, ("transparent", &plan.transparent), layouts, scene)?;
         for &key in &plan.transparent {
             let desc = LitDesc {

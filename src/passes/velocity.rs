@@ -5,7 +5,6 @@
 //! subpass, or in one behind it.
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
 
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
@@ -13,12 +12,12 @@ use glam::Vec4;
 
 use super::screen::{replace, stages};
 use super::{
-    COLOR_WRITE, ContentsIfFirst, DEPTH_COMPARE, EARLY_DEPTH_READ, FrameContext, MeshDraws, Pass, PassName,
-    PassRecorder, Presence, Resource, ResourceUse, Slot, frame_data, meshes, needed,
+    COLOR_WRITE, ContentsIfFirst, DEPTH_COMPARE, EARLY_DEPTH_READ, FrameContext, Making, MeshDraws, Pass, PassName,
+    PassRecorder, Presence, Resource, ResourceUse, frame_data, meshes, needed,
 };
-use crate::gpu::{self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, pipeline_layout, sync::Use};
+use crate::gpu::{self, DepthState, GraphicsPipeline, GraphicsPipelineDesc, Owned, pipeline_layout, sync::Use};
 use crate::gpu_scene::{OTHER_END, POSITION, POSITION_BEFORE, ROWS, vertex_input};
-use crate::plan::{Extras, FramePlan, VECTORS};
+use crate::plan::{Extras, VECTORS};
 use crate::shaders::velocity::{self as shader, Flags};
 use crate::visible::WorldObject;
 
@@ -51,7 +50,7 @@ pub const PASS: Pass = Pass {
         own.into_iter().chain(meshes(plan).filter(|touch| !textured(touch))).collect()
     },
     leave_out: None,
-    make: Some(|own| Ok(Box::new(VelocityPass::new(own.device, own.plan, own.slot()?, own.layouts.frame)?))),
+    make: Some(|own| Ok(Box::new(VelocityPass::new(own)?))),
 };
 
 const STAGES: vk::ShaderStageFlags = vk::ShaderStageFlags::VERTEX;
@@ -80,16 +79,10 @@ pub struct VelocityPass {
 }
 
 impl VelocityPass {
-    /// # Errors
-    /// When the device cannot compile a pipeline.
-    pub fn new(
-        device: &Arc<Device>,
-        plan: &FramePlan,
-        slot: &Slot,
-        frame_layout: vk::DescriptorSetLayout,
-    ) -> gpu::Result<Self> {
+    fn new(own: &Making) -> gpu::Result<Self> {
+        let &Making { device, plan, .. } = own;
         let range = vk::PushConstantRange { stage_flags: STAGES, offset: 0, size: size_of::<VelocityPush>() as u32 };
-        let layout = pipeline_layout(device, "velocity layout", &[frame_layout], &[range])?;
+        let layout = pipeline_layout(device, "velocity layout", &[own.layouts.frame], &[range])?;
         let pipeline = |(deformed, strokes): (bool, bool)| {
             let flags = Flags::DEFORMED.when(deformed) | Flags::STROKES.when(strokes);
             let mut locations = vec![POSITION, ROWS, ROWS + 1, ROWS + 2];
@@ -113,7 +106,7 @@ impl VelocityPass {
                     blend: &[replace()],
                     samples: vk::SampleCountFlags::TYPE_1,
                     layout: layout.raw,
-                    place: slot,
+                    place: own.slot()?,
                 },
             )
         };

@@ -23,6 +23,7 @@ mod frames;
 mod order;
 mod program;
 mod render_pass;
+pub mod simulation;
 mod words;
 
 pub use clash::{Clash, End, clashes};

@@ -10,10 +10,11 @@ use egui::{Align2, Context, ScrollArea, pos2};
 
 use self::content::{open_file, show_label};
 use afterlight::frame::rows::{Row, RowName, Rows, table};
-use afterlight::frame::{Error, HazardPicture, Presenter, Simulation};
+use afterlight::frame::{Error, HazardPicture, MissingRow, Presenter};
 use afterlight::gpu::{Instance, Message, Validation};
 use afterlight::passes::{ONCE, PassName};
 use afterlight::plan::FramePlan;
+use afterlight_proof::simulation::simulation;
 use afterlight_proof::{FrameModel, in_words};
 
 /// Points above the panel, for the label of a simulated picture: up to three lines.
@@ -134,8 +135,8 @@ impl Dependencies {
                 in_words(hazards.iter().map(|hazard| &hazard.consequence))
             }
         };
-        let simulation = self.pictured.map(|(row, how)| Simulation::of(plan, row, how));
-        self.label = simulation.and_then(Result::ok).map(|own| own.to_string());
+        let simulated = self.pictured.map(|(row, how)| simulation(plan, row, how));
+        self.label = simulated.and_then(Result::ok).map(|own| own.to_string());
     }
 
     /// Makes the changes that were asked for. Returns true if the presenter must be fitted again.
@@ -160,7 +161,8 @@ impl Dependencies {
         if let Some(plan) = presenter.plan() {
             self.follow(plan);
         }
-        presenter.simulate(self.pictured)?;
+        let decide = |plan: &FramePlan, name, how| simulation(plan, name, how).ok();
+        presenter.simulate(self.pictured.map(|(name, how)| MissingRow { name, how, decide }))?;
         Ok(unfit)
     }
 
@@ -236,7 +238,7 @@ impl Dependencies {
 
 /// Checks that a row's hazard has this picture. The reason why it has none is for the panel.
 fn picture(plan: &FramePlan, row: RowName, how: HazardPicture) -> Result<(), String> {
-    Simulation::of(plan, row, how).map(|_| ()).map_err(|error| error.to_string())
+    simulation(plan, row, how).map(|_| ()).map_err(|error| error.to_string())
 }
 
 /// The table without the rows that are off. A row that these frames do not have is missing already.

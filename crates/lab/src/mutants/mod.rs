@@ -5,6 +5,7 @@
 
 mod carried;
 mod cases;
+pub mod experiment;
 mod laboratory;
 mod newer;
 mod older;
@@ -24,9 +25,9 @@ use afterlight::plan::{self, Capabilities, Encoding, FramePlan, PresentTarget, T
 use afterlight::scene::{Scene, Settings};
 use afterlight_proof::{FrameModel, Hazard};
 
-pub use afterlight::frame::experiment::PresentPath;
 pub use carried::CarriedFrames;
 pub use cases::cases;
+pub use experiment::PresentPath;
 pub use laboratory::{BrokenRules, Laboratory, MutantError};
 pub use newer::Hidden;
 pub use older::OlderLayers;

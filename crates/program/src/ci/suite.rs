@@ -4,10 +4,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use afterlight::frame::experiment::PresentPath;
 use afterlight::gpu::Validation;
 use afterlight::scene::{SettingsPatch, builtin, nearest, unknown};
 use afterlight_files::regular_file::read_regular;
+use afterlight_lab::mutants::PresentPath;
 use serde::{Deserialize, Serialize};
 
 use super::results::MOST_BYTES;
