@@ -6,7 +6,7 @@
 //! | Chapter | Goes with |
 //! |---|---|
 //! | [The frame](https://docs.rs/crate/afterlight/latest/source/book/src/frame.md) | [`frame`] |
-//! | [Synchronization](https://docs.rs/crate/afterlight/latest/source/book/src/synchronization.md) | [`frame::rows`], [`frame::proof`] |
+//! | [Synchronization](https://docs.rs/crate/afterlight/latest/source/book/src/synchronization.md) | [`frame::rows`], the crate `afterlight_proof` |
 //! | [What is left out](https://docs.rs/crate/afterlight/latest/source/book/src/leaving-out.md) | [`plan`] |
 //! | [Light](https://docs.rs/crate/afterlight/latest/source/book/src/light.md), [many lights](https://docs.rs/crate/afterlight/latest/source/book/src/many-lights.md), [shadows](https://docs.rs/crate/afterlight/latest/source/book/src/shadows.md) | [`scene`] |
 //! | [Error](https://docs.rs/crate/afterlight/latest/source/book/src/error.md) | the crates `afterlight_truth` and `afterlight_lab` |

@@ -21,6 +21,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("gpu_scene", &["visible", "plan", "gpu", "scene", "shaders"]),
     ("passes", &["gpu_scene", "targets", "visible", "plan", "gpu", "scene", "shaders"]),
     ("frame", &["passes", "gpu_scene", "targets", "visible", "plan", "gpu", "scene", "shaders"]),
+    ("proof", RENDERER),
     ("truth/reference", &[]),
     ("truth/measure", &[]),
     ("lab/page", &[]),
@@ -40,7 +41,8 @@ const PAGES: &[&str] =
     &["lab/page", "frame", "passes", "gpu_scene", "targets", "visible", "plan", "gpu", "scene", "shaders"];
 
 /// The folders whose files are read.
-const SOURCES: [&str; 5] = ["src", "crates/truth/src", "crates/lab/src", "crates/window/src", "crates/program/src"];
+const SOURCES: [&str; 6] =
+    ["src", "crates/proof/src", "crates/truth/src", "crates/lab/src", "crates/window/src", "crates/program/src"];
 
 /// Parts of the renderer that know no Vulkan. Crates without a dependency on it cannot.
 const WITHOUT_VULKAN: &[&str] = &["shaders"];

@@ -31,6 +31,7 @@ fn each_feature_brings_what_it_needs_and_the_library_alone_no_program_and_no_win
         ("afterlight-gpu", "", vulkan.to_vec()),
         ("afterlight", "", vulkan.to_vec()),
         ("afterlight", "present", [&vulkan[..], &surface].concat()),
+        ("afterlight-proof", "", vulkan.to_vec()),
         ("afterlight-truth", "", rays.to_vec()),
         ("afterlight-truth", "flip", [&rays[..], &["nv-flip"]].concat()),
         ("afterlight-window", "", [&vulkan[..], &rays, &surface, &window].concat()),

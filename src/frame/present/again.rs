@@ -2,7 +2,7 @@
 //!
 //! A picture that PRESENT copies stays in an image of the frame's own ([`Presenter::with_kept_pictures`]). [`Presenter::show_again`] repeats that copy
 //! and the steps after it, in a submission of its own. The rows of a whole frame order it: the row before PRESENT made the picture visible to copies
-//! of all later commands, and the row that lets the next frame draw over the picture waits for all earlier copies. [`crate::frame::proof`] has such
+//! of all later commands, and the row that lets the next frame draw over the picture waits for all earlier copies. The crate `afterlight-proof` has such
 //! frames.
 
 use std::sync::Arc;
