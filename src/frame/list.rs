@@ -17,7 +17,7 @@ use super::rows::{self, BarrierPosition, RowName};
 use crate::gpu::Queue;
 use crate::gpu::sync::Use;
 use crate::passes::{
-    ContentsIfFirst, Pass, PassName, Resource, ResourceUse, UseKind, copy, encode, overlay, present, shadow, shown,
+    ContentsIfFirst, Endpoint, Pass, Resource, ResourceUse, UseKind, copy, encode, overlay, present, shadow, shown,
     split, tint,
 };
 use crate::plan::{FramePlan, Part, PartGroup, PresentTarget, Target};
@@ -35,19 +35,19 @@ pub const RESOLVE: Use = Use::new(
 
 /// The name of a render pass. It is the name of its first subpass.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct RenderPassName(PassName);
+pub struct RenderPassName(Endpoint);
 
 /// SHADOW's, of which each map that is drawn anew has an instance.
-pub const SHADOW_PASS: RenderPassName = RenderPassName(shadow::PASS.place);
+pub const SHADOW_PASS: RenderPassName = RenderPassName(shadow::PASS.name);
 
 impl RenderPassName {
     /// Returns true if each shadow map that is drawn anew has an instance of the render pass.
     pub fn draws_maps(self) -> bool {
-        [shadow::PASS.place, tint::PASS.place].contains(&self.0)
+        [shadow::PASS.name, tint::PASS.name].contains(&self.0)
     }
 
     /// The render pass that begins with this subpass.
-    pub const fn of(first: PassName) -> Self {
+    pub const fn of(first: Endpoint) -> Self {
         Self(first)
     }
 
@@ -78,7 +78,7 @@ pub enum Step {
 /// Passes that draw in one subpass. Rasterization order is all that is between them.
 pub struct Subpass {
     /// The name by which rows know it.
-    pub place: PassName,
+    pub place: Endpoint,
     /// In the order in which they draw.
     pub passes: Vec<&'static Pass>,
     /// Of all of them.
@@ -225,7 +225,7 @@ fn add_barriers(plan: &FramePlan, steps: &mut [Step]) {
 }
 
 /// A subpass of those passes that the plan has; `None` where it has none of them.
-fn subpass(plan: &FramePlan, place: PassName, passes: &[&'static Pass]) -> Option<Subpass> {
+fn subpass(plan: &FramePlan, place: Endpoint, passes: &[&'static Pass]) -> Option<Subpass> {
     let passes: Vec<_> = passes.iter().copied().filter(|pass| (pass.presence)(plan).is_in()).collect();
     let mut touches: Vec<ResourceUse> = Vec::new();
     for touch in passes.iter().flat_map(|pass| pass.uses(plan)) {
@@ -380,23 +380,23 @@ impl StepList {
     }
 
     /// The passes at a place: those of a subpass, or the one outside of render passes.
-    pub fn passes_at(&self, place: PassName) -> Vec<&'static Pass> {
+    pub fn passes_at(&self, place: Endpoint) -> Vec<&'static Pass> {
         let subpass = self.render_passes().flat_map(|(_, subpasses)| subpasses).find(|own| own.place == place);
         match subpass {
             Some(own) => own.passes.clone(),
-            None => self.passes().filter(|pass| pass.place == place).collect(),
+            None => self.passes().filter(|pass| pass.name == place).collect(),
         }
     }
 
     /// The touches of the subpass that a pass draws in, or its own outside of render passes.
     pub fn touches_with(&self, plan: &FramePlan, pass: &Pass) -> Vec<ResourceUse> {
         let mut subpasses = self.render_passes().flat_map(|(_, subpasses)| subpasses);
-        let own = subpasses.find(|own| own.passes.iter().any(|one| one.place == pass.place));
+        let own = subpasses.find(|own| own.passes.iter().any(|one| one.name == pass.name));
         own.map_or_else(|| pass.uses(plan), |own| own.touches.clone())
     }
 
     /// The render pass, and the index in it, of a subpass.
-    pub fn find(&self, place: PassName) -> Option<(RenderPassName, u32)> {
+    pub fn find(&self, place: Endpoint) -> Option<(RenderPassName, u32)> {
         self.render_passes().find_map(|(name, subpasses)| {
             let index = subpasses.iter().position(|own| own.place == place)?;
             Some((name, index as u32))
@@ -482,7 +482,7 @@ pub fn passes() -> Vec<&'static Pass> {
     let mut all: Vec<&'static Pass> = Vec::new();
     let shown = [&present::PASS, &split::PASS, &copy::PASS, &overlay::PASS, &encode::PASS];
     for pass in ORDER.iter().flat_map(OrderEntry::passes).chain(shown) {
-        if !all.iter().any(|own| own.place == pass.place) {
+        if !all.iter().any(|own| own.name == pass.name) {
             all.push(pass);
         }
     }
@@ -497,7 +497,7 @@ pub fn parts(plan: &FramePlan) -> Vec<Part> {
             crate::passes::Presence::In(why) => (true, why),
             crate::passes::Presence::Out(why) => (false, why),
         };
-        Part { name: pass.place.to_string(), group: PartGroup::Passes, optional: None, included, reason, bytes: 0 }
+        Part { name: pass.name.to_string(), group: PartGroup::Passes, optional: None, included, reason, bytes: 0 }
     })
     .collect()
 }

@@ -300,7 +300,7 @@ impl Renderer {
             device: &self.device,
             cmd,
             size: self.plan.size,
-            place: self.next,
+            in_flight: self.next,
             posed,
             image: swapchain_image.map_or(0, |(index, _)| index),
             swapchain_image: swapchain_image.map(|(_, image)| image),
@@ -323,7 +323,7 @@ impl Renderer {
         let earlier = earlier.as_ref().map(|visible| {
             let place = self.other_place();
             FrameContext {
-                place,
+                in_flight: place,
                 visible,
                 frame_set: self.frames[place].view.set,
                 shadow_set: self.atlas.as_ref().map(|atlas| atlas.set(place)),

@@ -409,7 +409,7 @@ impl Presenter {
             (overlay::PASS, has_panels, ["panels are shown", "no panel is shown"]),
         ];
         for (pass, included, [reason, otherwise]) in now {
-            if let Some(part) = parts.iter_mut().find(|part| part.name == pass.place.name()) {
+            if let Some(part) = parts.iter_mut().find(|part| part.name == pass.name.name()) {
                 (part.included, part.reason) = (included, if included { reason } else { otherwise }.into());
             }
         }

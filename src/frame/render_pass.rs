@@ -9,7 +9,7 @@ use super::list::{RenderPassName, StepList, Subpass as Listed};
 use super::rows::{self, Row, Rows, SyncKind};
 use crate::gpu::sync::SyncVersion;
 use crate::gpu::{self, Device, MergeFeedback, RenderPass, RenderPassParts, SubpassDesc, SubpassOrder};
-use crate::passes::{PassName, Resource, ResourceUse, UseKind};
+use crate::passes::{Endpoint, Resource, ResourceUse, UseKind};
 use crate::plan::{FramePlan, Target};
 use crate::scene::Passes;
 
@@ -74,7 +74,7 @@ pub fn layout_changes(plan: &FramePlan, rows: &Rows, row: &Row) -> Vec<LayoutCha
 /// The attachments of a subpass; references count them in the order of the pass, and `vk::ATTACHMENT_UNUSED` is a gap.
 #[derive(Debug, Clone)]
 pub struct SubpassAttachments {
-    pub place: PassName,
+    pub place: Endpoint,
     /// Read by `InputAttachmentIndex`.
     pub input: Vec<vk::AttachmentReference>,
     /// Written by location.

@@ -147,7 +147,7 @@ impl RenderPasses {
     /// Returns the render pass and the subpass to which a pass's pipelines belong, if the frame has it in a subpass.
     pub fn slot(&self, pass: &Pass) -> Option<Slot> {
         let draws = |name: RenderPassName, subpasses: &[Subpass]| {
-            let subpass = subpasses.iter().position(|own| own.passes.iter().any(|one| one.place == pass.place))?;
+            let subpass = subpasses.iter().position(|own| own.passes.iter().any(|one| one.name == pass.name))?;
             let of_rendering = |own: &Rendering| own.places.get(subpass).cloned().map(Slot::Rendering);
             let of_object = |own: &RenderPass| Some(Slot::Subpass(own.raw, subpass as u32));
             match self.maps.iter().find(|made| made.name == name).map(|made| &made.form) {
@@ -224,7 +224,7 @@ impl RenderPasses {
     /// Records the copy of the picture into the image that is shown, outside a render pass, where the plan has it.
     pub fn present_into(&self, device: &Device, cmd: vk::CommandBuffer, (image, extent): (vk::Image, vk::Extent2D)) {
         let Some(stage) = &self.present else { return };
-        device.begin_label(cmd, present::PASS.place.name());
+        device.begin_label(cmd, present::PASS.name.name());
         let whole = ImageRange::whole(image, vk::ImageAspectFlags::COLOR);
         // Presentation, or ENCODE, may still have read the image: all of it is written.
         image_barrier(device, cmd, whole, Some(&stage.before));

@@ -18,7 +18,7 @@ use super::list;
 use super::list::{RenderPassName, Step};
 use crate::gpu::Queue;
 use crate::gpu::sync::{Dependency, Layouts, SyncVersion, Use};
-pub use crate::passes::{PassName, Resource};
+pub use crate::passes::{Endpoint, Resource};
 use crate::plan::{FramePlan, Target};
 use crate::scene::{self, Passes};
 
@@ -128,13 +128,13 @@ pub enum RowName {
     /// A row that is written by hand.
     Own(&'static str),
     /// A wait of one pass for another: `lighting-to-fog`.
-    Pair(PassName, PassName),
+    Pair(Endpoint, Endpoint),
     /// A wait of all passes that read a buffer for the one that wrote it: `skin-to-readers`.
-    Readers(PassName),
+    Readers(Endpoint),
     /// A wait of a pass for an image, outside of render passes: `rays-to-reflect-resolve`. The first word is the image's, and not a pass's.
-    Image(Target, PassName),
+    Image(Target, Endpoint),
     /// A wait of a pass for the frame before: `geometry-reuse`.
-    Reuse(PassName),
+    Reuse(Endpoint),
     /// A wait for an image that the frame before has used: `hiz-reuse`.
     ImageReuse(Target),
 }
@@ -156,7 +156,7 @@ impl RowName {
 
 impl fmt::Display for RowName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let of = |place: &PassName| renamed::spelled(*place);
+        let of = |place: &Endpoint| renamed::spelled(*place);
         let image = |target: &Target| Resource::Target(*target).to_string();
         match self {
             Self::Own(name) => f.pad(name),
@@ -190,11 +190,11 @@ pub struct Row {
     /// The Vulkan construct that the row becomes.
     pub carrier: SyncKind,
     /// The subpass or step that must be over.
-    pub from: PassName,
+    pub from: Endpoint,
     /// The subpass or step that must wait, or the first of them.
-    pub to: PassName,
+    pub to: Endpoint,
     /// All subpasses and steps that wait; none where the row is written by hand.
-    pub waiting: Vec<PassName>,
+    pub waiting: Vec<Endpoint>,
     /// The resources whose uses it orders; none where the row is written by hand.
     pub resources: Vec<Resource>,
     /// The first scope, the union of all uses that must be complete: their stages, and their write accesses.
@@ -416,7 +416,7 @@ pub(super) fn waits(plan: &FramePlan, steps: &[Step]) -> Vec<(Row, Option<Barrie
 struct RowBuilder(Row);
 
 fn row(name: RowName, carrier: SyncKind) -> RowBuilder {
-    let (from, to, before, after) = (PassName::OUTSIDE, PassName::OUTSIDE, Use::START, Use::END);
+    let (from, to, before, after) = (Endpoint::OUTSIDE, Endpoint::OUTSIDE, Use::START, Use::END);
     RowBuilder(Row {
         name,
         label: name.name(),
@@ -441,7 +441,7 @@ fn barrier(name: RowName, old: vk::ImageLayout, new: vk::ImageLayout) -> RowBuil
 impl RowBuilder {
     // ANCHOR: first-scope
     /// Sets the first scope: uses that must be complete.
-    fn from(self, from: PassName, uses: &[Use]) -> Self {
+    fn from(self, from: Endpoint, uses: &[Use]) -> Self {
         // Only writes have to be made available (specification, "Execution and Memory Dependencies"): a read access in the first scope
         // does nothing, and an earlier stage does nothing beside a later one.
         Self(Row { from, before: masks::latest(Use::all(uses).writes()), ..self.0 })
@@ -449,12 +449,12 @@ impl RowBuilder {
     // ANCHOR_END: first-scope
 
     /// Sets the second scope: uses that wait.
-    fn to(self, to: PassName, uses: &[Use]) -> Self {
+    fn to(self, to: Endpoint, uses: &[Use]) -> Self {
         Self(Row { to, after: Use::all(uses), ..self.0 })
     }
 
     /// Names all that wait.
-    fn for_all(self, reasons: &[(PassName, Vec<&'static str>)]) -> Self {
+    fn for_all(self, reasons: &[(Endpoint, Vec<&'static str>)]) -> Self {
         Self(Row { waiting: reasons.iter().map(|(place, _)| *place).collect(), ..self.0 })
     }
 

@@ -8,7 +8,7 @@ use std::fmt;
 
 use glam::DQuat;
 
-use super::rows::{PassName, RowName};
+use super::rows::{Endpoint, RowName};
 use crate::passes::Tile;
 use crate::plan::FramePlan;
 use crate::scene::Camera;
@@ -75,11 +75,11 @@ pub struct Simulation {
     /// The row that seems to be missing.
     pub missing: MissingRow,
     /// The pass for which nothing waits.
-    pub producer: PassName,
+    pub producer: Endpoint,
     /// The passes that read too early.
-    pub readers: Vec<PassName>,
+    pub readers: Vec<Endpoint>,
     /// The producer and the passes whose results it reads: all of them are drawn as the last frame drew them where the result is stale.
-    pub earlier: Vec<PassName>,
+    pub earlier: Vec<Endpoint>,
 }
 
 impl Simulation {
@@ -89,12 +89,12 @@ impl Simulation {
     }
 
     /// Returns true if the passes at a place are drawn as the last frame drew them.
-    pub(super) fn is_earlier(&self, place: PassName) -> bool {
+    pub(super) fn is_earlier(&self, place: Endpoint) -> bool {
         self.is_stale() && self.earlier.contains(&place)
     }
 
     /// The tiles that the passes at a place draw; `None` for all of the attachment.
-    pub fn tiles(&self, place: PassName) -> Option<Vec<Tile>> {
+    pub fn tiles(&self, place: Endpoint) -> Option<Vec<Tile>> {
         let is_own = place == self.producer;
         match self.missing.how {
             HazardPicture::Cleared if is_own => Some(Vec::new()),
@@ -113,7 +113,7 @@ impl fmt::Display for Simulation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { missing: MissingRow { name, how, .. }, producer, readers, .. } = self;
         let read = if readers.len() == 1 { "reads" } else { "read" };
-        let readers = readers.iter().map(PassName::to_string).collect::<Vec<_>>().join(" and ");
+        let readers = readers.iter().map(Endpoint::to_string).collect::<Vec<_>>().join(" and ");
         write!(f, "simulation of a missing {name}, {how}: {readers} {read} ")?;
         match how {
             HazardPicture::Stale => write!(

@@ -4,7 +4,7 @@ use ash::vk;
 
 use super::screen::{InputSet, Screen, ScreenDesc, add};
 use super::{
-    FrameContext, Making, Pass, PassName, PassRecorder, Presence, Resource, ResourceUse, SAMPLED, frame_data, maps,
+    Endpoint, FrameContext, Making, Pass, PassRecorder, Presence, Resource, ResourceUse, SAMPLED, frame_data, maps,
     needed,
 };
 use crate::gpu::{self, sync::Use};
@@ -16,7 +16,7 @@ use crate::shaders::ambient::{self as shader, Flags, constants};
 pub const MAP_READ: Use = SAMPLED;
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("AMBIENT"),
+    name: Endpoint::pass("AMBIENT"),
     time: "ambient",
     what: "light of the sky on every pixel, added to LIGHTING's",
     presence: |plan| match plan.shading {
@@ -67,10 +67,10 @@ impl AmbientPass {
 
 impl PassRecorder for AmbientPass {
     /// Adds the light. Runs inside LIGHTING's subpass, after all other light.
-    fn record(&self, recording: &FrameContext) {
-        let mut sets = vec![(0, recording.frame_set), (1, self.inputs.set)];
-        sets.extend(recording.shadow_set.filter(|_| self.shadows).map(|set| (2, set)));
-        self.screens.iter().for_each(|screen| screen.record(recording, &sets));
+    fn record(&self, context: &FrameContext) {
+        let mut sets = vec![(0, context.frame_set), (1, self.inputs.set)];
+        sets.extend(context.shadow_set.filter(|_| self.shadows).map(|set| (2, set)));
+        self.screens.iter().for_each(|screen| screen.record(context, &sets));
     }
 
     fn rebind(&mut self, own: &Making) -> gpu::Result<()> {

@@ -4,7 +4,7 @@
 use ash::vk;
 
 use super::per_pixel::PerPixelPass;
-use super::{FrameContext, Making, Pass, PassName, PassRecorder, Presence, ResourceUse, frame_data, needed};
+use super::{Endpoint, FrameContext, Making, Pass, PassRecorder, Presence, ResourceUse, frame_data, needed};
 use crate::gpu::{self, sync::Use};
 use crate::plan::{FramePlan, Target, VISIBILITY};
 use crate::scene::AmbientOcclusion;
@@ -18,7 +18,7 @@ pub const VISIBILITY_WRITE: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHAD
 const READS: &str = "reads depth and normals of its pixel and of others";
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("AO"),
+    name: Endpoint::pass("AO"),
     time: "ao",
     what: "what surfaces nearby leave of the light from everywhere, found in the depth buffer",
     presence: |plan| match &plan.effects.ao {
@@ -53,8 +53,8 @@ impl AoPass {
 
 impl PassRecorder for AoPass {
     /// Runs outside any render pass.
-    fn record(&self, recording: &FrameContext) {
-        self.pass.dispatch(recording, self.size);
+    fn record(&self, context: &FrameContext) {
+        self.pass.dispatch(context, self.size);
     }
 
     fn rebind(&mut self, own: &Making) -> gpu::Result<()> {

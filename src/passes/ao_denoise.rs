@@ -4,7 +4,7 @@
 use ash::vk;
 
 use super::per_pixel::PerPixelPass;
-use super::{Pass, PassName, Presence, ResourceUse, frame_data, needed};
+use super::{Endpoint, Pass, Presence, ResourceUse, frame_data, needed};
 use crate::gpu::sync::Use;
 use crate::plan::{FramePlan, Target, VISIBILITY};
 use crate::scene::AmbientOcclusion;
@@ -26,7 +26,7 @@ pub const ALBEDO: u32 = 3;
 const READS: &str = "reads depth and normal of its pixel";
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("AO_DENOISE"),
+    name: Endpoint::pass("AO_DENOISE"),
     time: "ao denoise",
     what: "what AO found around each pixel in the mean, into the G-buffer's occlusion",
     presence: |plan| {

@@ -3,7 +3,7 @@
 use ash::vk;
 
 use super::culling::CullingPipeline;
-use super::{FrameContext, Pass, PassName, PassRecorder, Resource, ResourceUse, compute_stage, culling};
+use super::{Endpoint, FrameContext, Pass, PassRecorder, Resource, ResourceUse, compute_stage, culling};
 use crate::gpu::sync::Use;
 use crate::shaders::arrange::{self as shader, Flags};
 use crate::visible::STEPS;
@@ -18,7 +18,7 @@ pub const COUNT: Use = Use::new(
 pub const FOUND_WRITE: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_WRITE);
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("ARRANGE"),
+    name: Endpoint::pass("ARRANGE"),
     time: "arrange",
     what: "how many instances come before those of each group",
     presence: culling::presence,
@@ -41,8 +41,8 @@ pub struct ArrangePass(CullingPipeline);
 
 impl PassRecorder for ArrangePass {
     /// Runs outside any render pass.
-    fn record(&self, recording: &FrameContext) {
-        let Some(culling) = recording.culling else { return };
-        self.0.dispatch(recording, culling, [STEPS as u32, 1]);
+    fn record(&self, context: &FrameContext) {
+        let Some(culling) = context.culling else { return };
+        self.0.dispatch(context, culling, [STEPS as u32, 1]);
     }
 }

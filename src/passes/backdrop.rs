@@ -6,7 +6,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::{
-    FrameContext, InputDescriptor, Making, Pass, PassName, PassRecorder, Presence, Resource, ResourceUse, SAMPLED,
+    Endpoint, FrameContext, InputDescriptor, Making, Pass, PassRecorder, Presence, Resource, ResourceUse, SAMPLED,
     compute_stage,
 };
 use crate::gpu::{
@@ -24,7 +24,7 @@ pub const LEVELS_WRITE: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, 
 pub const LEVELS: Resource = Resource::Buffers(BACKDROP);
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("BACKDROP"),
+    name: Endpoint::pass("BACKDROP"),
     time: "backdrop",
     what: "the picture behind glass, and the means of its squares",
     presence: |plan| {
@@ -85,9 +85,9 @@ impl BackdropPass {
 
 impl PassRecorder for BackdropPass {
     /// Runs outside any render pass.
-    fn record(&self, recording: &FrameContext) {
-        let (raw, cmd, point) = (&recording.device.raw, recording.cmd, vk::PipelineBindPoint::COMPUTE);
-        let [across, down] = recording.size.map(|edge| edge.div_ceil(TILE));
+    fn record(&self, context: &FrameContext) {
+        let (raw, cmd, point) = (&context.device.raw, context.cmd, vk::PipelineBindPoint::COMPUTE);
+        let [across, down] = context.size.map(|edge| edge.div_ceil(TILE));
         // SAFETY: `cmd` is being recorded outside a render pass; the set is that of the layout, and the pass owns all of it and outlives the submission. The shader
         // looks at no texel outside its images, and the buffer has room for all levels.
         unsafe {

@@ -12,7 +12,7 @@ use ash::vk;
 use bytemuck::{Pod, Zeroable};
 
 use super::{
-    FrameContext, InputDescriptor, Making, Pass, PassName, PassRecorder, Presence, Resource, ResourceUse, compute_stage,
+    Endpoint, FrameContext, InputDescriptor, Making, Pass, PassRecorder, Presence, Resource, ResourceUse, compute_stage,
 };
 use crate::gpu::{
     self, Buffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter, binding, compute_pipeline,
@@ -30,7 +30,7 @@ pub const LEVEL_READ: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk
 pub const LEVEL_WRITE: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_WRITE);
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("BLOOM"),
+    name: Endpoint::pass("BLOOM"),
     time: "bloom",
     what: "the picture's light at half its size",
     presence,
@@ -54,7 +54,7 @@ pub const PASS: Pass = Pass {
 
 /// The other steps.
 pub const SPREAD: Pass = Pass {
-    place: PassName::pass("SPREAD"),
+    name: Endpoint::pass("SPREAD"),
     time: "spread",
     what: "spreads light, down to wider levels and up again",
     presence,
@@ -137,8 +137,8 @@ enum BloomStage {
 }
 
 impl PassRecorder for BloomPass {
-    fn record(&self, recording: &FrameContext) {
-        self.steps.record(recording);
+    fn record(&self, context: &FrameContext) {
+        self.steps.record(context);
     }
 
     fn rebind(&mut self, own: &Making) -> gpu::Result<()> {
@@ -152,8 +152,8 @@ impl PassRecorder for BloomPass {
 }
 
 impl PassRecorder for SpreadPass {
-    fn record(&self, recording: &FrameContext) {
-        self.0.record(recording);
+    fn record(&self, context: &FrameContext) {
+        self.0.record(context);
     }
 
     fn rebind(&mut self, own: &Making) -> gpu::Result<()> {
@@ -196,15 +196,15 @@ impl Steps {
     }
 
     /// Runs outside any render pass.
-    fn record(&self, recording: &FrameContext) {
-        let (raw, cmd, point) = (&recording.device.raw, recording.cmd, vk::PipelineBindPoint::COMPUTE);
+    fn record(&self, context: &FrameContext) {
+        let (raw, cmd, point) = (&context.device.raw, context.cmd, vk::PipelineBindPoint::COMPUTE);
         // SAFETY: `cmd` is being recorded outside a render pass; the set is of the layout.
         unsafe { raw.cmd_bind_descriptor_sets(cmd, point, self.layout.raw, 0, &[self.set], &[]) };
         for (index, (kind, push, extent)) in self.all.iter().enumerate() {
             let Some((_, pipeline)) = self.pipelines.iter().find(|(own, _)| own == kind) else { continue };
             if index > 0 {
                 // A step reads the level that the step before it wrote.
-                (recording.between)();
+                (context.between)();
             }
             // SAFETY: as above, with the set bound; the push constants are those of the layout. The pass owns all of it and outlives the submission,
             // and the buffer has room for all levels.

@@ -2,7 +2,7 @@
 
 use super::screen::{InputSet, Screen, ScreenDesc, over};
 use super::{
-    COLOR_BLEND, ContentsIfFirst, FrameContext, INPUT_READ, Making, Pass, PassName, PassRecorder, Presence,
+    COLOR_BLEND, ContentsIfFirst, Endpoint, FrameContext, INPUT_READ, Making, Pass, PassRecorder, Presence,
     ResourceUse, needed,
 };
 use crate::gpu::{self, sync::Use};
@@ -15,7 +15,7 @@ pub const SUM_READ: Use = INPUT_READ;
 pub const LIGHT_BLEND: Use = COLOR_BLEND;
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("COMPOSITE"),
+    name: Endpoint::pass("COMPOSITE"),
     time: "composite",
     what: "what was summed up without sorting, over the light",
     presence: |plan| {
@@ -67,8 +67,8 @@ impl CompositePass {
 
 impl PassRecorder for CompositePass {
     /// Lays the layer over the picture. Runs inside its subpass.
-    fn record(&self, recording: &FrameContext) {
-        self.screen.record(recording, &[(0, self.inputs.set)]);
+    fn record(&self, context: &FrameContext) {
+        self.screen.record(context, &[(0, self.inputs.set)]);
     }
 
     fn rebind(&mut self, own: &Making) -> gpu::Result<()> {

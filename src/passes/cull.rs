@@ -4,7 +4,7 @@
 use ash::vk;
 
 use super::culling::CullingPipeline;
-use super::{FrameContext, Pass, PassName, PassRecorder, Resource, ResourceUse, compute_stage, culling};
+use super::{Endpoint, FrameContext, Pass, PassRecorder, Resource, ResourceUse, compute_stage, culling};
 use crate::gpu::sync::Use;
 use crate::shaders::cull::{self as shader, Flags};
 
@@ -16,7 +16,7 @@ pub const PYRAMID_READ: Use = LIST_READ;
 pub const MARK_WRITE: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_WRITE);
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("CULL"),
+    name: Endpoint::pass("CULL"),
     time: "cull",
     what: "which instances are in view, and in which step of depth",
     presence: culling::presence,
@@ -44,8 +44,8 @@ pub struct CullPass(CullingPipeline);
 
 impl PassRecorder for CullPass {
     /// Runs outside any render pass.
-    fn record(&self, recording: &FrameContext) {
-        let Some(culling) = recording.culling else { return };
-        self.0.dispatch(recording, culling, culling.groups());
+    fn record(&self, context: &FrameContext) {
+        let Some(culling) = context.culling else { return };
+        self.0.dispatch(context, culling, culling.groups());
     }
 }

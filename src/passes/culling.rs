@@ -31,9 +31,9 @@ impl CullingPipeline {
     }
 
     /// So many work groups across and down.
-    pub fn dispatch(&self, recording: &FrameContext, culling: &CullingBuffers, [across, down]: [u32; 2]) {
-        let (raw, cmd, point) = (&recording.device.raw, recording.cmd, vk::PipelineBindPoint::COMPUTE);
-        let set = culling.set(recording.place);
+    pub fn dispatch(&self, context: &FrameContext, culling: &CullingBuffers, [across, down]: [u32; 2]) {
+        let (raw, cmd, point) = (&context.device.raw, context.cmd, vk::PipelineBindPoint::COMPUTE);
+        let set = culling.set(context.in_flight);
         // SAFETY: `cmd` is being recorded outside a render pass; the set is of the layout. The buffers in it live until the frame is done, and no
         // work group looks beyond their content.
         unsafe {

@@ -13,7 +13,7 @@ use crate::scene::Settings;
 /// A pass of the frame.
 pub struct Pass {
     /// Its name in rows, captures and reports: that of its file, in capitals.
-    pub place: PassName,
+    pub name: Endpoint,
     /// The name of its time in tables. Passes that do the same work in different frames share one, to be compared.
     pub time: &'static str,
     /// Its work, in a few words.
@@ -60,12 +60,12 @@ impl Presence {
 
 /// The place of a use: a pass, or something outside the frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct PassName {
+pub struct Endpoint {
     name: &'static str,
     is_pass: bool,
 }
 
-impl PassName {
+impl Endpoint {
     /// Before or after the span that a row belongs to, in this frame or another.
     pub const OUTSIDE: Self = Self::beside("OUTSIDE");
     /// Copies out of staging buffers, and blits from level to level of a texture.
@@ -102,7 +102,7 @@ impl PassName {
     }
 }
 
-impl fmt::Display for PassName {
+impl fmt::Display for Endpoint {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name)
     }

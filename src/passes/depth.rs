@@ -2,10 +2,10 @@
 //! ones are left out.
 
 use super::depth_only::DepthOnly;
-use super::{FrameContext, Pass, PassName, PassRecorder, Presence, frame_data, meshes};
+use super::{Endpoint, FrameContext, Pass, PassRecorder, Presence, frame_data, meshes};
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("DEPTH"),
+    name: Endpoint::pass("DEPTH"),
     time: "depth",
     what: "depth of opaque surfaces alone, before the same subpass shades them",
     presence: |plan| {
@@ -27,7 +27,7 @@ pub struct DepthPass(DepthOnly);
 
 impl PassRecorder for DepthPass {
     /// Draws visible opaque objects. Runs inside the subpass, before the draws that shade.
-    fn record(&self, recording: &FrameContext) {
-        self.0.record(recording, &recording.visible.draws);
+    fn record(&self, context: &FrameContext) {
+        self.0.record(context, &context.visible.draws);
     }
 }

@@ -67,20 +67,20 @@ impl DepthOnly {
     }
 
     /// Draws the opaque objects of some instances. Runs inside the subpass of the pipelines.
-    pub fn record(&self, recording: &FrameContext, draws: &[Draw]) {
-        recording.set_area();
-        let mut meshes = MeshDraws::new(recording, &[POSITION]);
-        recording.bind_set(self.layout.raw, 0, recording.frame_set);
+    pub fn record(&self, context: &FrameContext, draws: &[Draw]) {
+        context.set_area();
+        let mut meshes = MeshDraws::new(context, &[POSITION]);
+        context.bind_set(self.layout.raw, 0, context.frame_set);
         let mut bound = None;
         for draw in draws {
-            let object = &recording.world.objects[draw.object];
+            let object = &context.world.objects[draw.object];
             // There is one for each opaque key of the plan.
             let Some(pipeline) = self.pipelines.get(&cull_key(&object.key)).filter(|_| object.key.is_in_prepass())
             else {
                 continue;
             };
             if bound != Some(pipeline.raw) {
-                recording.bind_pipeline(pipeline.raw);
+                context.bind_pipeline(pipeline.raw);
                 bound = Some(pipeline.raw);
             }
             meshes.draw(object, draw.level, None, draw.instances());

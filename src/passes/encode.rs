@@ -7,7 +7,7 @@ use ash::vk;
 
 use super::screen::{Screen, ScreenDesc, WindowPass, replace};
 use super::{
-    COLOR_WRITE, ContentsIfFirst, NO_WINDOW, Pass, PassName, Presence, Resource, ResourceUse, SAMPLED, Slot, UseKind,
+    COLOR_WRITE, ContentsIfFirst, Endpoint, NO_WINDOW, Pass, Presence, Resource, ResourceUse, SAMPLED, Slot, UseKind,
     needed, shown,
 };
 use crate::gpu::{
@@ -23,7 +23,7 @@ pub const READ: Use = SAMPLED;
 pub const WRITE: Use = COLOR_WRITE;
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("ENCODE"),
+    name: Endpoint::pass("ENCODE"),
     time: "encode",
     what: "brings the picture into an image of the swapchain that no hardware encodes",
     presence: |plan| {

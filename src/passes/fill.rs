@@ -3,7 +3,7 @@
 use ash::vk;
 
 use super::culling::CullingPipeline;
-use super::{FrameContext, Pass, PassName, PassRecorder, Resource, ResourceUse, compute_stage, culling};
+use super::{Endpoint, FrameContext, Pass, PassRecorder, Resource, ResourceUse, compute_stage, culling};
 use crate::gpu::sync::Use;
 use crate::shaders::fill::{self as shader, Flags};
 
@@ -15,7 +15,7 @@ pub const COUNT_READ: Use = LIST_READ;
 pub const DRAW_WRITE: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_WRITE);
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("FILL"),
+    name: Endpoint::pass("FILL"),
     time: "fill",
     what: "rows of the instances that are seen, and the commands that draw them",
     presence: culling::presence,
@@ -39,8 +39,8 @@ pub struct FillPass(CullingPipeline);
 
 impl PassRecorder for FillPass {
     /// Runs outside any render pass.
-    fn record(&self, recording: &FrameContext) {
-        let Some(culling) = recording.culling else { return };
-        self.0.dispatch(recording, culling, culling.groups());
+    fn record(&self, context: &FrameContext) {
+        let Some(culling) = context.culling else { return };
+        self.0.dispatch(context, culling, culling.groups());
     }
 }

@@ -5,7 +5,7 @@ use ash::vk;
 
 use super::screen::{InputSet, Screen, ScreenDesc, add, replace};
 use super::{
-    COLOR_BLEND, ContentsIfFirst, FrameContext, INPUT_READ, Making, Pass, PassName, PassRecorder, Presence,
+    COLOR_BLEND, ContentsIfFirst, Endpoint, FrameContext, INPUT_READ, Making, Pass, PassRecorder, Presence,
     ResourceUse, air, frame_data, needed,
 };
 use crate::gpu::{self, sync::Use};
@@ -19,7 +19,7 @@ pub const DEPTH_READ: Use = INPUT_READ;
 pub const LIGHT_BLEND: Use = COLOR_BLEND;
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("FOG"),
+    name: Endpoint::pass("FOG"),
     time: "fog",
     what: "what the air takes of the light, and what it scatters to the eye",
     presence: |plan| match &plan.effects.fog {
@@ -74,9 +74,9 @@ impl FogPass {
 
 impl PassRecorder for FogPass {
     /// Lays the fog over the picture. Runs inside its subpass.
-    fn record(&self, recording: &FrameContext) {
-        recording.set_area();
-        self.screen.record(recording, &[(0, recording.frame_set), (1, self.inputs.set)]);
+    fn record(&self, context: &FrameContext) {
+        context.set_area();
+        self.screen.record(context, &[(0, context.frame_set), (1, self.inputs.set)]);
     }
 
     fn rebind(&mut self, own: &Making) -> gpu::Result<()> {

@@ -3,7 +3,7 @@
 use super::screen::replace;
 use super::surface::{Limits, LitDesc, SurfacePipelines, lit_pipeline, opaque_depth};
 use super::{
-    COLOR_WRITE, ContentsIfFirst, EARLY_DEPTH_READ, FrameContext, LATE_DEPTH_WRITE, Making, Pass, PassName,
+    COLOR_WRITE, ContentsIfFirst, EARLY_DEPTH_READ, Endpoint, FrameContext, LATE_DEPTH_WRITE, Making, Pass,
     PassRecorder, Presence, ResourceUse, SAMPLED, culled, frame_data, looked_up, maps, meshes,
 };
 use crate::gpu::{self, sync::Use};
@@ -20,7 +20,7 @@ pub const LIGHT_WRITE: Use = COLOR_WRITE;
 pub const MAP_READ: Use = SAMPLED;
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("FORWARD"),
+    name: Endpoint::pass("FORWARD"),
     time: "forward",
     what: "surfaces, lit while they are rasterized",
     presence: |plan| {
@@ -79,8 +79,8 @@ impl ForwardPass {
 
 impl PassRecorder for ForwardPass {
     /// Draws visible objects. Runs inside its subpass.
-    fn record(&self, recording: &FrameContext) {
-        self.surfaces.record_opaque(recording);
+    fn record(&self, context: &FrameContext) {
+        self.surfaces.record_opaque(context);
     }
 }
 

@@ -7,7 +7,7 @@ use ash::vk;
 use super::screen::{add, replace};
 use super::surface::{SurfaceDesc, SurfacePipelines, opaque_depth, surface_pipeline};
 use super::{
-    COLOR_BLEND, ContentsIfFirst, EARLY_DEPTH_READ, FrameContext, LATE_DEPTH_WRITE, Making, Pass, PassName,
+    COLOR_BLEND, ContentsIfFirst, EARLY_DEPTH_READ, Endpoint, FrameContext, LATE_DEPTH_WRITE, Making, Pass,
     PassRecorder, Presence, ResourceUse, SetLayouts, Slot, culled, frame_data, meshes, needed,
 };
 use crate::gpu::{self, Device, Owned, sync::Use};
@@ -23,7 +23,7 @@ pub const COUNT_BLEND: Use = COLOR_BLEND;
 pub const DEPTH_TEST: Use = EARLY_DEPTH_READ.or(LATE_DEPTH_WRITE);
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("GEOMETRY"),
+    name: Endpoint::pass("GEOMETRY"),
     time: "geometry",
     what: "surfaces into the G-buffer, near ones first",
     presence: |plan| match (plan.has_geometry(), plan.is_forward()) {
@@ -104,8 +104,8 @@ impl GeometryPass {
 
 impl PassRecorder for GeometryPass {
     /// Draws visible objects. Runs inside its subpass.
-    fn record(&self, recording: &FrameContext) {
-        self.surfaces.record_opaque(recording);
+    fn record(&self, context: &FrameContext) {
+        self.surfaces.record_opaque(context);
     }
 }
 

@@ -3,7 +3,7 @@
 use ash::vk;
 
 use super::per_pixel::PerPixelPass;
-use super::{FrameContext, Making, Pass, PassName, PassRecorder, Presence, ResourceUse, needed};
+use super::{Endpoint, FrameContext, Making, Pass, PassRecorder, Presence, ResourceUse, needed};
 use crate::gpu::{self, sync::Use};
 use crate::plan::{HIZ, Hiz, Target};
 use crate::shaders::group_edge;
@@ -15,7 +15,7 @@ pub const GBUFFER_READ: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, 
 pub const HIZ_WRITE: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_WRITE);
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("HIZ"),
+    name: Endpoint::pass("HIZ"),
     time: "depth pyramid",
     what: "the nearest and the farthest depth of squares of the picture",
     presence: |plan| {
@@ -46,9 +46,9 @@ impl HizPass {
 
 impl PassRecorder for HizPass {
     /// Runs outside any render pass.
-    fn record(&self, recording: &FrameContext) {
+    fn record(&self, context: &FrameContext) {
         // A work group for each tile.
-        self.pass.dispatch(recording, self.tiles.map(|count| count * group_edge(shader::WORKGROUP_SIZE)));
+        self.pass.dispatch(context, self.tiles.map(|count| count * group_edge(shader::WORKGROUP_SIZE)));
     }
 
     fn rebind(&mut self, own: &Making) -> gpu::Result<()> {

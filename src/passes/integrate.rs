@@ -3,7 +3,7 @@
 use ash::vk;
 
 use super::{
-    FrameContext, Making, Pass, PassName, PassRecorder, Presence, ResourceUse, air, compute_stage, frame_data,
+    Endpoint, FrameContext, Making, Pass, PassRecorder, Presence, ResourceUse, air, compute_stage, frame_data,
 };
 use crate::gpu::{self, Owned, compute_pipeline, pipeline_layout, sync::Use};
 use crate::shaders::group_edge;
@@ -15,7 +15,7 @@ pub const LIGHT_READ: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk
 pub const SUM_WRITE: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_WRITE);
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("INTEGRATE"),
+    name: Endpoint::pass("INTEGRATE"),
     time: "integrate",
     what: "what the fog before each froxel scatters to the eye",
     presence: |plan| Presence::of(plan.froxels(), plan.lack_of_froxels()),
@@ -55,13 +55,13 @@ impl IntegratePass {
 
 impl PassRecorder for IntegratePass {
     /// Runs outside any render pass, after SCATTER.
-    fn record(&self, recording: &FrameContext) {
-        let (raw, cmd, point) = (&recording.device.raw, recording.cmd, vk::PipelineBindPoint::COMPUTE);
+    fn record(&self, context: &FrameContext) {
+        let (raw, cmd, point) = (&context.device.raw, context.cmd, vk::PipelineBindPoint::COMPUTE);
         // SAFETY: `cmd` is being recorded outside a render pass; the set is of the layout, and the pass outlives the submission. The shader
         // looks at no froxel beyond those of the plan and the slice after them.
         unsafe {
             raw.cmd_bind_pipeline(cmd, point, self.pipeline.raw);
-            raw.cmd_bind_descriptor_sets(cmd, point, self.layout.raw, 0, &[recording.frame_set], &[]);
+            raw.cmd_bind_descriptor_sets(cmd, point, self.layout.raw, 0, &[context.frame_set], &[]);
             raw.cmd_dispatch(cmd, self.groups[0], self.groups[1], 1);
         }
     }

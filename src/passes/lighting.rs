@@ -4,7 +4,7 @@ use ash::vk;
 
 use super::screen::{InputSet, Screen, ScreenDesc, add, replace};
 use super::{
-    COLOR_BLEND, COLOR_WRITE, ContentsIfFirst, DEPTH_COMPARE, FrameContext, INPUT_READ, Making, Pass, PassName,
+    COLOR_BLEND, COLOR_WRITE, ContentsIfFirst, DEPTH_COMPARE, Endpoint, FrameContext, INPUT_READ, Making, Pass,
     PassRecorder, Presence, ResourceUse, SAMPLED, frame_data, gbuffer_inputs, light_maps, needed,
 };
 use crate::gpu::{self, sync::Use};
@@ -23,7 +23,7 @@ pub const LIGHT_WRITE: Use = COLOR_WRITE;
 pub const LIGHT_BLEND: Use = COLOR_BLEND;
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("LIGHTING"),
+    name: Endpoint::pass("LIGHTING"),
     time: "lighting",
     what: "every light on every pixel, which reads its own place of the G-buffer",
     presence: |plan| match plan.shading {
@@ -104,15 +104,15 @@ impl LightingPass {
 
 impl PassRecorder for LightingPass {
     /// Lights the picture. Runs inside its subpass.
-    fn record(&self, recording: &FrameContext) {
-        let mut sets = vec![(0, recording.frame_set), (1, self.inputs.set)];
-        sets.extend(recording.shadow_set.map(|set| (2, set)));
+    fn record(&self, context: &FrameContext) {
+        let mut sets = vec![(0, context.frame_set), (1, self.inputs.set)];
+        sets.extend(context.shadow_set.map(|set| (2, set)));
         for screen in &self.screens {
             if self.pushes {
                 let places: LightIndices = std::array::from_fn(|index| index as u32);
-                recording.push(screen.layout.raw, vk::ShaderStageFlags::FRAGMENT, &places);
+                context.push(screen.layout.raw, vk::ShaderStageFlags::FRAGMENT, &places);
             }
-            screen.record(recording, &sets);
+            screen.record(context, &sets);
         }
     }
 

@@ -6,7 +6,7 @@
 use super::screen::replace;
 use super::surface::{Limits, LitDesc, SurfacePipelines, lit_pipeline};
 use super::{
-    FrameContext, Making, Pass, PassName, PassRecorder, Presence, SAMPLED, culled, frame_data, looked_up, maps, meshes,
+    Endpoint, FrameContext, Making, Pass, PassRecorder, Presence, SAMPLED, culled, frame_data, looked_up, maps, meshes,
 };
 use crate::gpu::{self, DepthState, sync::Use, vk};
 use crate::plan::Shading;
@@ -16,7 +16,7 @@ use crate::shaders::forward::Flags;
 pub const MAP_READ: Use = SAMPLED;
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("LOBES"),
+    name: Endpoint::pass("LOBES"),
     time: "lobes",
     what: "surfaces with lobes that the G-buffer has no room for, lit once more as they are drawn",
     presence: |plan| match plan.shading {
@@ -66,8 +66,8 @@ impl LobesPass {
 
 impl PassRecorder for LobesPass {
     /// Draws visible objects. Runs inside LIGHTING's subpass, after all light that is added.
-    fn record(&self, recording: &FrameContext) {
-        self.surfaces.record_opaque(recording);
+    fn record(&self, context: &FrameContext) {
+        self.surfaces.record_opaque(context);
     }
 }
 

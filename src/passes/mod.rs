@@ -110,7 +110,7 @@ mod spirv;
 pub mod spread;
 mod surface;
 
-pub use declaration::{ContentsIfFirst, MapImage, Pass, PassName, Presence, Resource, ResourceUse, UseKind};
+pub use declaration::{ContentsIfFirst, Endpoint, MapImage, Pass, Presence, Resource, ResourceUse, UseKind};
 pub use object::{Making, PassObject, PassRecorder};
 pub use per_pixel::{ImageBinding, PerPixelPass};
 pub use screen::InputDescriptor;
@@ -142,10 +142,10 @@ pub const CULLED_READ: Use =
     VERTEX_READ.or(Use::new(vk::PipelineStageFlags2::DRAW_INDIRECT, vk::AccessFlags2::INDIRECT_COMMAND_READ));
 
 /// Places outside of frames that work once, in their order, each with its work.
-pub const ONCE: [(PassName, &str); 3] = [
-    (PassName::UPLOAD, "once: copies out of staging buffers, and blits from level to level of a texture"),
-    (PassName::PREFILTER, "once: what surfaces collect of the sky"),
-    (PassName::CLEAR, "once: the shadow maps' image, which the first frame may look up anywhere"),
+pub const ONCE: [(Endpoint, &str); 3] = [
+    (Endpoint::UPLOAD, "once: copies out of staging buffers, and blits from level to level of a texture"),
+    (Endpoint::PREFILTER, "once: what surfaces collect of the sky"),
+    (Endpoint::CLEAR, "once: the shadow maps' image, which the first frame may look up anywhere"),
 ];
 
 // The commonest uses, by the stage that has them. Each pass names its own uses by these.
@@ -365,7 +365,7 @@ pub struct FrameContext<'a> {
     /// Width and height of the picture in pixels.
     pub size: [u32; 2],
     /// The index among the frames in flight.
-    pub place: usize,
+    pub in_flight: usize,
     /// Deformed objects have another pose than in the frame before.
     pub posed: bool,
     /// The index of the swapchain's image that the picture goes to; 0 where nothing is presented.
@@ -406,7 +406,7 @@ pub struct FrameContext<'a> {
 impl FrameContext<'_> {
     /// Opens the label of a pass, which debuggers and messages of layers show.
     pub fn begin(&self, pass: &Pass) {
-        self.device.begin_label(self.cmd, pass.place.name());
+        self.device.begin_label(self.cmd, pass.name.name());
     }
 
     /// Closes it, and takes the time when all that was recorded so far is done.
@@ -480,7 +480,7 @@ enum Indices {
 
 /// Draws meshes, and binds another index buffer only where the next mesh needs it.
 struct MeshDraws<'a> {
-    recording: &'a FrameContext<'a>,
+    context: &'a FrameContext<'a>,
     streams: &'a [u32],
     /// Into shadow maps.
     casters: bool,
@@ -491,30 +491,30 @@ struct MeshDraws<'a> {
 
 impl<'a> MeshDraws<'a> {
     /// With these vertex streams, which the first draw binds: where nothing is drawn, nothing is bound.
-    fn new(recording: &'a FrameContext<'a>, streams: &'a [u32]) -> Self {
-        Self { recording, streams, casters: false, bound: None, deformed: None }
+    fn new(context: &'a FrameContext<'a>, streams: &'a [u32]) -> Self {
+        Self { context, streams, casters: false, bound: None, deformed: None }
     }
 
     /// The same of casters.
-    fn of_casters(recording: &'a FrameContext<'a>, streams: &'a [u32]) -> Self {
-        Self { casters: true, ..Self::new(recording, streams) }
+    fn of_casters(context: &'a FrameContext<'a>, streams: &'a [u32]) -> Self {
+        Self { casters: true, ..Self::new(context, streams) }
     }
 
     /// Draws instances of a level of an object's mesh, in the order that the frame has sorted its triangles into if they are `sorted`: then this is
     /// their first index.
     fn draw(&mut self, object: &WorldObject, level: u8, sorted: Option<u32>, instances: Range<u32>) {
         // The plan has the mesh of each object that a pass draws, and its levels.
-        let Some(range) = self.recording.scene.level(object.mesh, object.deform, level) else { return };
+        let Some(range) = self.context.scene.level(object.mesh, object.deform, level) else { return };
         let indices = if sorted.is_some() { Indices::Sorted } else { Indices::OfScene(range.width) };
-        let FrameContext { device, cmd, .. } = *self.recording;
+        let FrameContext { device, cmd, .. } = *self.context;
         if self.deformed.is_none() {
             match self.casters {
-                true => self.recording.instances.bind_casters(device, cmd),
-                false => self.recording.instances.bind(device, cmd),
+                true => self.context.instances.bind_casters(device, cmd),
+                false => self.context.instances.bind(device, cmd),
             }
         }
         if self.deformed != Some(range.deformed) {
-            self.recording.scene.bind(self.recording.device, self.recording.cmd, self.streams, range.deformed);
+            self.context.scene.bind(self.context.device, self.context.cmd, self.streams, range.deformed);
             self.deformed = Some(range.deformed);
         }
         if self.bound != Some(indices) {
@@ -529,7 +529,7 @@ impl<'a> MeshDraws<'a> {
 
     /// Draws the objects that the device found visible in a step of depth, by some of its commands.
     fn draw_culled(&mut self, culling: &CullingBuffers, step: usize, state: &CulledState) {
-        let FrameContext { device, cmd, scene, .. } = *self.recording;
+        let FrameContext { device, cmd, scene, .. } = *self.context;
         if self.deformed.is_none() {
             culling.bind(device, cmd);
         }
@@ -548,7 +548,7 @@ impl<'a> MeshDraws<'a> {
     }
 
     fn bind(&mut self, indices: Indices) {
-        let FrameContext { device, cmd, scene, sorted, .. } = *self.recording;
+        let FrameContext { device, cmd, scene, sorted, .. } = *self.context;
         match (indices, sorted) {
             (Indices::OfScene(width), _) => scene.bind_indices(device, cmd, width),
             // SAFETY: the buffer has INDEX_BUFFER usage and lives until the frame that it belongs to is recorded anew.

@@ -3,7 +3,7 @@
 
 use super::depth_only::DepthOnly;
 use super::{
-    ContentsIfFirst, EARLY_DEPTH_READ, FrameContext, LATE_DEPTH_WRITE, Pass, PassName, PassRecorder, ResourceUse,
+    ContentsIfFirst, EARLY_DEPTH_READ, Endpoint, FrameContext, LATE_DEPTH_WRITE, Pass, PassRecorder, ResourceUse,
     culling, frame_data, meshes,
 };
 use crate::gpu::sync::Use;
@@ -13,7 +13,7 @@ use crate::plan::Target;
 const DEPTH_TEST: Use = EARLY_DEPTH_READ.or(LATE_DEPTH_WRITE);
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("OCCLUDERS"),
+    name: Endpoint::pass("OCCLUDERS"),
     time: "occluders",
     what: "depth of the largest objects, which may hide others",
     presence: culling::hiding,
@@ -31,7 +31,7 @@ pub struct OccludersPass(DepthOnly);
 
 impl PassRecorder for OccludersPass {
     /// Draws them. Runs inside its render pass.
-    fn record(&self, recording: &FrameContext) {
-        self.0.record(recording, &recording.visible.occluders);
+    fn record(&self, context: &FrameContext) {
+        self.0.record(context, &context.visible.occluders);
     }
 }

@@ -11,7 +11,7 @@ use bytemuck::{Pod, Zeroable};
 
 use super::screen::{WindowPass, over, sampled_bindings, sampled_set, stages};
 use super::{
-    COLOR_BLEND, ContentsIfFirst, NO_WINDOW, Pass, PassName, Presence, Resource, ResourceUse, SAMPLED, Slot, UseKind,
+    COLOR_BLEND, ContentsIfFirst, Endpoint, NO_WINDOW, Pass, Presence, Resource, ResourceUse, SAMPLED, Slot, UseKind,
     needed, shown,
 };
 use crate::gpu::{
@@ -27,7 +27,7 @@ pub const BLEND: Use = COLOR_BLEND;
 pub const TEXTURE_READ: Use = SAMPLED;
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("OVERLAY"),
+    name: Endpoint::pass("OVERLAY"),
     time: "overlay",
     what: "draws panels over the picture",
     presence: |plan| Presence::when(plan.presented.is_some(), "only while panels are shown", NO_WINDOW),

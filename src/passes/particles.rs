@@ -7,7 +7,7 @@ use ash::vk;
 use super::blending::{blend, limits, targets};
 use super::screen::{InputDescriptor, InputSet, stages};
 use super::{
-    FrameContext, INPUT_READ, Making, Pass, PassName, PassRecorder, Presence, Resource, ResourceUse, Slot, air,
+    Endpoint, FrameContext, INPUT_READ, Making, Pass, PassRecorder, Presence, Resource, ResourceUse, Slot, air,
     frame_data, needed,
 };
 use crate::gpu::{
@@ -28,7 +28,7 @@ pub const LAST_READ: Use = Use::new(vk::PipelineStageFlags2::FRAGMENT_SHADER, vk
 pub const DEPTH_READ: Use = INPUT_READ;
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("PARTICLES"),
+    name: Endpoint::pass("PARTICLES"),
     time: "particles",
     what: "particles, over what is behind them",
     presence: |plan| Presence::of(plan.effects.particles.as_ref(), "no particles are drawn"),
@@ -122,18 +122,18 @@ impl ParticlePass {
 
 impl PassRecorder for ParticlePass {
     /// Draws those that are alive. Runs inside its subpass.
-    fn record(&self, recording: &FrameContext) {
-        let count = recording.visible.emitters.count + u32::from(self.counts);
+    fn record(&self, context: &FrameContext) {
+        let count = context.visible.emitters.count + u32::from(self.counts);
         if count == 0 {
             return;
         }
-        recording.set_area();
-        recording.bind_pipeline(self.pipeline.raw);
-        for (index, set) in [recording.frame_set, self.inputs.set, self.set].into_iter().enumerate() {
-            recording.bind_set(self.layout.raw, index as u32, set);
+        context.set_area();
+        context.bind_pipeline(self.pipeline.raw);
+        for (index, set) in [context.frame_set, self.inputs.set, self.set].into_iter().enumerate() {
+            context.bind_set(self.layout.raw, index as u32, set);
         }
         // SAFETY: pipeline and sets are bound; the vertex stage makes the corners of each particle from their index, and SIMULATE has written so many.
-        unsafe { recording.device.raw.cmd_draw(recording.cmd, self.corners * count, 1, 0, 0) };
+        unsafe { context.device.raw.cmd_draw(context.cmd, self.corners * count, 1, 0, 0) };
     }
 
     fn rebind(&mut self, own: &Making) -> gpu::Result<()> {

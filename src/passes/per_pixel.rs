@@ -55,14 +55,14 @@ impl PerPixelPass {
     }
 
     /// For so many texels across and down. Runs outside any render pass.
-    pub fn dispatch(&self, recording: &FrameContext, size: [u32; 2]) {
-        let (raw, cmd, point) = (&recording.device.raw, recording.cmd, vk::PipelineBindPoint::COMPUTE);
+    pub fn dispatch(&self, context: &FrameContext, size: [u32; 2]) {
+        let (raw, cmd, point) = (&context.device.raw, context.cmd, vk::PipelineBindPoint::COMPUTE);
         let [across, down] = std::array::from_fn(|axis| size[axis].div_ceil(self.group[axis]));
         // SAFETY: `cmd` is being recorded outside a render pass; the sets are those of the layout, and the pass owns its own and outlives the
         // submission. The shader looks at no texel outside its images.
         unsafe {
             raw.cmd_bind_pipeline(cmd, point, self.pipeline.raw);
-            raw.cmd_bind_descriptor_sets(cmd, point, self.layout.raw, 0, &[recording.frame_set, self.set], &[]);
+            raw.cmd_bind_descriptor_sets(cmd, point, self.layout.raw, 0, &[context.frame_set, self.set], &[]);
             raw.cmd_dispatch(cmd, across, down, 1);
         }
     }
@@ -70,8 +70,8 @@ impl PerPixelPass {
 
 impl PassRecorder for PerPixelPass {
     /// Dispatches an invocation for every pixel.
-    fn record(&self, recording: &FrameContext) {
-        self.dispatch(recording, recording.size);
+    fn record(&self, context: &FrameContext) {
+        self.dispatch(context, context.size);
     }
 
     fn rebind(&mut self, own: &Making) -> gpu::Result<()> {

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
 
-use super::{PassName, compute_stage};
+use super::{Endpoint, compute_stage};
 use crate::gpu::sync::{Dependency, Layouts, SyncVersion, Use};
 use crate::gpu::{
     self, CommandBuffer, DescriptorPool, Device, Image, Owned, SetLayout, SetWriter, barrier, binding,
@@ -17,7 +17,7 @@ use crate::plan::SkyPlan;
 use crate::shaders::group_edge;
 use crate::shaders::prefilter::{self as shader, Flags};
 
-impl PassName {
+impl Endpoint {
     /// Computes the sky's diffuse and specular light when the sky is uploaded.
     pub const PREFILTER: Self = Self::beside("PREFILTER");
 }

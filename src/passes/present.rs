@@ -3,7 +3,7 @@
 
 use ash::vk;
 
-use super::{NO_WINDOW, Pass, PassName, Presence, Resource, ResourceUse, UseKind, shown};
+use super::{Endpoint, NO_WINDOW, Pass, Presence, Resource, ResourceUse, UseKind, shown};
 use crate::gpu::{
     Device, Image,
     sync::{Layouts, Use},
@@ -22,7 +22,7 @@ pub const WRITE: Use = Use::new(vk::PipelineStageFlags2::TRANSFER, vk::AccessFla
 pub const READ: Use = Use::new(vk::PipelineStageFlags2::TRANSFER, vk::AccessFlags2::TRANSFER_READ);
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("PRESENT"),
+    name: Endpoint::pass("PRESENT"),
     time: "present",
     what: "copies the picture into the image that the window shows, enlarged where that is larger",
     presence: |plan| {

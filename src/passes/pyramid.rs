@@ -6,7 +6,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::{
-    FrameContext, InputDescriptor, Making, Pass, PassName, PassRecorder, Resource, ResourceUse, compute_stage, culling,
+    Endpoint, FrameContext, InputDescriptor, Making, Pass, PassRecorder, Resource, ResourceUse, compute_stage, culling,
 };
 use crate::gpu::{
     self, DescriptorPool, Device, Owned, SetLayout, SetWriter, binding, compute_pipeline, pipeline_layout, sync::Use,
@@ -21,7 +21,7 @@ pub const DEPTH_READ: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk
 pub const PYRAMID_WRITE: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_WRITE);
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("PYRAMID"),
+    name: Endpoint::pass("PYRAMID"),
     time: "pyramid",
     what: "the least depth of each square of the picture",
     presence: culling::hiding,
@@ -63,9 +63,9 @@ impl PyramidPass {
 
 impl PassRecorder for PyramidPass {
     /// Runs outside any render pass.
-    fn record(&self, recording: &FrameContext) {
-        let Some(culling) = recording.culling else { return };
-        let (raw, cmd, point) = (&recording.device.raw, recording.cmd, vk::PipelineBindPoint::COMPUTE);
+    fn record(&self, context: &FrameContext) {
+        let Some(culling) = context.culling else { return };
+        let (raw, cmd, point) = (&context.device.raw, context.cmd, vk::PipelineBindPoint::COMPUTE);
         let [across, down] = culling.tiles();
         // SAFETY: `cmd` is being recorded outside a render pass; the set is of the layout. The pyramid has room for so many tiles.
         unsafe {

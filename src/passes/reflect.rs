@@ -3,7 +3,7 @@
 use ash::vk;
 
 use super::per_pixel::{PerPixelPass, sampled_gbuffer};
-use super::{Pass, PassName, Presence, ResourceUse, frame_data, needed};
+use super::{Endpoint, Pass, Presence, ResourceUse, frame_data, needed};
 use crate::gpu::sync::Use;
 use crate::plan::{FramePlan, HIZ, RAYS, ReflectionPlan, Target};
 use crate::scene::Reflections;
@@ -19,7 +19,7 @@ pub const HIZ_READ: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::
 pub const RAYS_WRITE: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_WRITE);
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("REFLECT"),
+    name: Endpoint::pass("REFLECT"),
     time: "reflect",
     what: "a ray of each smooth pixel through the depth buffer, and the light that it meets",
     presence: |plan| match &plan.effects.reflections {

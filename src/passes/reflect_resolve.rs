@@ -4,7 +4,7 @@
 use ash::vk;
 
 use super::per_pixel::{PerPixelPass, sampled_gbuffer};
-use super::{Pass, PassName, Presence, Resource, ResourceUse, frame_data, needed};
+use super::{Endpoint, Pass, Presence, Resource, ResourceUse, frame_data, needed};
 use crate::gpu::sync::Use;
 use crate::plan::{FramePlan, RAYS, Target};
 use crate::shaders::reflect_resolve::{self as shader, Flags, constants};
@@ -22,7 +22,7 @@ pub const LIGHT_BLEND: Use = Use::new(
 );
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("REFLECT_RESOLVE"),
+    name: Endpoint::pass("REFLECT_RESOLVE"),
     time: "reflect resolve",
     what: "what rays found around each pixel, as its lobe mirrors it, in the place of the sky's light",
     presence: |plan| {

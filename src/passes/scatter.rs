@@ -3,7 +3,7 @@
 use ash::vk;
 
 use super::{
-    FrameContext, Making, Pass, PassName, PassRecorder, Presence, Resource, ResourceUse, air, compute_stage,
+    Endpoint, FrameContext, Making, Pass, PassRecorder, Presence, Resource, ResourceUse, air, compute_stage,
     frame_data, light_maps,
 };
 use crate::gpu::{self, Buffer, Location, MemoryKind, Owned, SetLayout, compute_pipeline, pipeline_layout, sync::Use};
@@ -18,7 +18,7 @@ pub const LIGHT_WRITE: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, v
 pub const MAP_READ: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_READ);
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("SCATTER"),
+    name: Endpoint::pass("SCATTER"),
     time: "scatter",
     what: "the light that each froxel of fog scatters",
     presence: |plan| Presence::of(plan.froxels(), plan.lack_of_froxels()),
@@ -62,15 +62,15 @@ impl ScatterPass {
 
 impl PassRecorder for ScatterPass {
     /// Runs outside any render pass.
-    fn record(&self, recording: &FrameContext) {
-        let (raw, cmd, point) = (&recording.device.raw, recording.cmd, vk::PipelineBindPoint::COMPUTE);
+    fn record(&self, context: &FrameContext) {
+        let (raw, cmd, point) = (&context.device.raw, context.cmd, vk::PipelineBindPoint::COMPUTE);
         let [across, down, deep] = self.groups;
         // SAFETY: `cmd` is being recorded outside a render pass; the sets are those of the layout, and the pass outlives the submission. The
         // shader writes no froxel beyond those of the plan, for which the buffer has room.
         unsafe {
             raw.cmd_bind_pipeline(cmd, point, self.pipeline.raw);
-            raw.cmd_bind_descriptor_sets(cmd, point, self.layout.raw, 0, &[recording.frame_set], &[]);
-            if let Some(shadows) = recording.shadow_set {
+            raw.cmd_bind_descriptor_sets(cmd, point, self.layout.raw, 0, &[context.frame_set], &[]);
+            if let Some(shadows) = context.shadow_set {
                 raw.cmd_bind_descriptor_sets(cmd, point, self.layout.raw, 2, &[shadows], &[]);
             }
             raw.cmd_dispatch(cmd, across, down, deep);

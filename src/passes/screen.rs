@@ -81,13 +81,13 @@ impl Screen {
         Ok(Self { layout, pipeline })
     }
 
-    pub fn record(&self, recording: &FrameContext, sets: &[(u32, vk::DescriptorSet)]) {
-        recording.bind_pipeline(self.pipeline.raw);
+    pub fn record(&self, context: &FrameContext, sets: &[(u32, vk::DescriptorSet)]) {
+        context.bind_pipeline(self.pipeline.raw);
         for &(index, set) in sets {
-            recording.bind_set(self.layout.raw, index, set);
+            context.bind_set(self.layout.raw, index, set);
         }
         // SAFETY: pipeline and sets are bound; the vertex stage makes its three vertices from their index.
-        unsafe { recording.device.raw.cmd_draw(recording.cmd, 3, 1, 0, 0) };
+        unsafe { context.device.raw.cmd_draw(context.cmd, 3, 1, 0, 0) };
     }
 
     /// The same outside of a frame's own passes, over this part of an attachment, with one set.
@@ -301,9 +301,9 @@ fn picture_before(own: &Making, target: Target) -> vk::ImageView {
 
 impl PassRecorder for RedrawPass {
     /// Draws the picture. Runs inside its render pass.
-    fn record(&self, recording: &FrameContext) {
-        recording.set_area();
-        self.screen.record(recording, &[(0, self.set)]);
+    fn record(&self, context: &FrameContext) {
+        context.set_area();
+        self.screen.record(context, &[(0, self.set)]);
     }
 
     /// Samples another image, as of another size.

@@ -11,8 +11,8 @@ use super::casters::{self, PUSH_STAGES, streams};
 use super::spirv::with_cells;
 use super::surface::textured_stages;
 use super::{
-    ContentsIfFirst, EARLY_DEPTH_WRITE, FrameContext, LATE_DEPTH_WRITE, Making, MapRecording, MeshDraws, Pass,
-    PassName, PassRecorder, Presence, Resource, ResourceUse, Slot, UseKind, frame_data, meshes, needed,
+    ContentsIfFirst, EARLY_DEPTH_WRITE, Endpoint, FrameContext, LATE_DEPTH_WRITE, Making, MapRecording, MeshDraws,
+    Pass, PassRecorder, Presence, Resource, ResourceUse, Slot, UseKind, frame_data, meshes, needed,
 };
 use crate::gpu::{self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, pipeline_layout, sync::Use};
 use crate::gpu_scene::HOLES;
@@ -27,7 +27,7 @@ pub const MAP_CLEAR: Use = EARLY_DEPTH_WRITE;
 pub const MAP_STORE: Use = LATE_DEPTH_WRITE;
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("SHADOW"),
+    name: Endpoint::pass("SHADOW"),
     time: "shadow",
     what: "depth maps of lights, a render pass each, those in which something has moved",
     presence: |plan| match &plan.shadow {
@@ -164,15 +164,15 @@ impl ShadowPass {
         }
     }
 
-    fn draw(&self, recording: &FrameContext, map: &MapRecording) {
+    fn draw(&self, context: &FrameContext, map: &MapRecording) {
         let &MapRecording { view, casters, mut first, .. } = map;
         // The streams that some caster needs are bound at once: a draw without holes fetches positions alone.
-        let keys = casters.iter().map(|own| CasterKey::of(&recording.world.objects[own.object], false));
+        let keys = casters.iter().map(|own| CasterKey::of(&context.world.objects[own.object], false));
         let streams: BTreeSet<u32> = keys.flat_map(|key| streams(key.masked, key.extras)).copied().collect();
         let streams: Vec<u32> = streams.into_iter().collect();
-        let mut meshes = MeshDraws::of_casters(recording, &streams);
+        let mut meshes = MeshDraws::of_casters(context, &streams);
         let mut bound: (Option<CasterKey>, Option<(usize, u32)>) = (None, None);
-        let object_of = |caster: &Caster| &recording.world.objects[caster.object];
+        let object_of = |caster: &Caster| &context.world.objects[caster.object];
         let one_draw = |a: &Caster, b: &Caster| {
             a.level == b.level && ShadowBatch::of(object_of(a)) == ShadowBatch::of(object_of(b))
         };
@@ -182,19 +182,19 @@ impl ShadowPass {
             let layout = self.layout(key);
             if bound.0 != Some(key) {
                 // There is one for each object that casts.
-                recording.bind_pipeline(self.pipelines[&key].raw);
+                context.bind_pipeline(self.pipelines[&key].raw);
                 bound = (Some(key), None);
             }
             let material = object.material_set();
             if key.masked && bound.1 != Some(material) {
-                let set = recording.scene.materials.as_ref().and_then(|materials| materials.holes(material));
+                let set = context.scene.materials.as_ref().and_then(|materials| materials.holes(material));
                 if let Some(set) = set {
-                    recording.bind_set(layout, 0, set);
+                    context.bind_set(layout, 0, set);
                 }
                 bound.1 = Some(material);
             }
             if key.has_holes() {
-                recording.push(layout, PUSH_STAGES, &push(recording, object));
+                context.push(layout, PUSH_STAGES, &push(context, object));
             }
             meshes.draw(object, casters[0].level, None, first..first + count);
             first += count;
@@ -204,16 +204,16 @@ impl ShadowPass {
 
 impl PassRecorder for ShadowPass {
     /// Draws one map, in its render pass.
-    fn record(&self, recording: &FrameContext) {
-        let Some(map) = &recording.map else { return };
-        recording.set_area();
+    fn record(&self, context: &FrameContext) {
+        let Some(map) = &context.map else { return };
+        context.set_area();
         // ANCHOR: slope-bias
         // Reversed depth: farther from the light is less.
-        let slope_bias = -recording.world.shadows.slope_bias * self.bias_scale;
+        let slope_bias = -context.world.shadows.slope_bias * self.bias_scale;
         // SAFETY: depth bias is dynamic in every pipeline of the pass.
-        unsafe { recording.device.raw.cmd_set_depth_bias(recording.cmd, 0.0, 0.0, slope_bias) };
+        unsafe { context.device.raw.cmd_set_depth_bias(context.cmd, 0.0, 0.0, slope_bias) };
         // ANCHOR_END: slope-bias
-        self.draw(recording, map);
+        self.draw(context, map);
     }
 }
 
@@ -236,8 +236,8 @@ impl ShadowBatch {
 }
 
 /// Returns the push constants by which a caster's material cuts holes.
-fn push(recording: &FrameContext, object: &WorldObject) -> ShadowPush {
-    let material = &recording.world.materials[object.material];
+fn push(context: &FrameContext, object: &WorldObject) -> ShadowPush {
+    let material = &context.world.materials[object.material];
     ShadowPush {
         alpha: material.alpha,
         alpha_cutoff: match material.alpha_mode {
@@ -245,7 +245,7 @@ fn push(recording: &FrameContext, object: &WorldObject) -> ShadowPush {
             AlphaMode::Opaque | AlphaMode::Blend | AlphaMode::Glass | AlphaMode::Coat => 0.0,
         },
         _padding: [0.0; 2],
-        uv_rows: recording.textures.uv_rows(
+        uv_rows: context.textures.uv_rows(
             object.material,
             TextureSlot::BaseColor,
             &material.uv_maps[TextureSlot::BaseColor as usize],

@@ -7,7 +7,7 @@ use ash::vk;
 
 use super::screen::{Screen, ScreenDesc, replace};
 use super::{
-    COLOR_READ, COLOR_WRITE, ContentsIfFirst, FrameContext, Making, Pass, PassName, PassRecorder, Presence, Resource,
+    COLOR_READ, COLOR_WRITE, ContentsIfFirst, Endpoint, FrameContext, Making, Pass, PassRecorder, Presence, Resource,
     ResourceUse, SAMPLED, needed,
 };
 use crate::gpu::{self, Buffer, DescriptorPool, Device, SetLayout, SetWriter, binding, sync::Use};
@@ -20,7 +20,7 @@ pub const HISTORY_READ: Use = SAMPLED;
 pub const LIGHT_WRITE: Use = COLOR_WRITE.or(COLOR_READ);
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("SHARPEN"),
+    name: Endpoint::pass("SHARPEN"),
     time: "sharpen",
     what: "what was averaged over time, as light again, and sharpened",
     presence: |plan| Presence::when(plan.averages_over_time(), "asked for", plan.reasons.lack_of("TAA")),
@@ -74,10 +74,10 @@ impl SharpenPass {
 
 impl PassRecorder for SharpenPass {
     /// Runs inside its subpass.
-    fn record(&self, recording: &FrameContext) {
+    fn record(&self, context: &FrameContext) {
         // TAA has left no viewport.
-        recording.set_area();
-        self.screen.record(recording, &[(0, self.sets[recording.place])]);
+        context.set_area();
+        self.screen.record(context, &[(0, self.sets[context.in_flight])]);
     }
 
     fn rebind(&mut self, own: &Making) -> gpu::Result<()> {

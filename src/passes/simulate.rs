@@ -6,7 +6,7 @@ use ash::vk;
 use bytemuck::{Pod, Zeroable};
 
 use super::{
-    FrameContext, Pass, PassName, PassRecorder, Presence, Resource, ResourceUse, SetLayouts, compute_stage, frame_data,
+    Endpoint, FrameContext, Pass, PassRecorder, Presence, Resource, ResourceUse, SetLayouts, compute_stage, frame_data,
     light_maps,
 };
 use crate::gpu::{
@@ -23,7 +23,7 @@ pub const STATE_WRITE: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, v
 pub const MAP_READ: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_READ);
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("SIMULATE"),
+    name: Endpoint::pass("SIMULATE"),
     time: "simulate",
     what: "particles of the moment, lit",
     presence: |plan| Presence::of(plan.effects.particles.as_ref(), "no particles are drawn"),
@@ -158,17 +158,17 @@ impl SimulatePass {
 
 impl PassRecorder for SimulatePass {
     /// Runs outside any render pass.
-    fn record(&self, recording: &FrameContext) {
-        let count = recording.visible.emitters.count;
+    fn record(&self, context: &FrameContext) {
+        let count = context.visible.emitters.count;
         if count == 0 {
             return;
         }
         let places = if self.buffers.keys.is_some() { sort_places(count) } else { 0 };
-        let (raw, cmd, point) = (&recording.device.raw, recording.cmd, vk::PipelineBindPoint::COMPUTE);
-        let particles = &recording.visible.emitters;
+        let (raw, cmd, point) = (&context.device.raw, context.cmd, vk::PipelineBindPoint::COMPUTE);
+        let particles = &context.visible.emitters;
         let push = SimulatePush { count: particles.count, places, emitters: particles.records.len() as u32 };
         let sets: Vec<_> =
-            [recording.frame_set, self.sets[recording.place]].into_iter().chain(recording.shadow_set).collect();
+            [context.frame_set, self.sets[context.in_flight]].into_iter().chain(context.shadow_set).collect();
         let groups = particles.count.max(places).div_ceil(GROUP);
         // SAFETY: `cmd` is being recorded outside a render pass; sets and push constants are those of the layout. The pass owns the buffers and
         // outlives the submission; they have room for all particles and keys of the plan.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
 
-use super::{FrameContext, Pass, PassName, PassRecorder, Presence, Resource, ResourceUse, compute_stage};
+use super::{Endpoint, FrameContext, Pass, PassRecorder, Presence, Resource, ResourceUse, compute_stage};
 use crate::gpu::{
     self, Buffer, DescriptorPool, Device, Owned, SetLayout, SetWriter, binding, compute_pipeline, pipeline_layout,
     sync::Use,
@@ -19,7 +19,7 @@ pub const KEY_READ: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::
 pub const KEY_WRITE: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_WRITE);
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("SORT"),
+    name: Endpoint::pass("SORT"),
     time: "sort",
     what: "particles from back to front",
     presence: |plan| match plan.effects.particles {
@@ -89,18 +89,18 @@ impl SortPass {
 
 impl PassRecorder for SortPass {
     /// Sorts the first so many keys, a power of two. `between` records the barrier before each step but the first. Runs outside any render pass.
-    fn record(&self, recording: &FrameContext) {
-        let count = recording.visible.emitters.count;
+    fn record(&self, context: &FrameContext) {
+        let count = context.visible.emitters.count;
         if count == 0 {
             return;
         }
         let places = sort_places(count);
-        let (raw, cmd, point) = (&recording.device.raw, recording.cmd, vk::PipelineBindPoint::COMPUTE);
+        let (raw, cmd, point) = (&context.device.raw, context.cmd, vk::PipelineBindPoint::COMPUTE);
         // SAFETY: `cmd` is being recorded outside a render pass; the set is of the layout.
         unsafe { raw.cmd_bind_descriptor_sets(cmd, point, self.layout.raw, 0, &[self.set], &[]) };
         for (index, (is_local, push)) in steps(places).into_iter().enumerate() {
             if index > 0 {
-                (recording.between)();
+                (context.between)();
             }
             let groups = if is_local { places / SORT_BLOCK } else { places / 2 / GROUP };
             // SAFETY: as above, with the set bound; the push constants are those of the layout. The pass owns all of it and outlives the submission, and

@@ -10,7 +10,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::Mat4;
 
 use super::{
-    FrameContext, InputDescriptor, Making, Pass, PassName, PassRecorder, Presence, Resource, ResourceUse, compute_stage,
+    Endpoint, FrameContext, InputDescriptor, Making, Pass, PassRecorder, Presence, Resource, ResourceUse, compute_stage,
 };
 use crate::gpu::{
     self, Buffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter, binding, compute_pipeline,
@@ -32,7 +32,7 @@ pub const HISTORY_WRITE: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER,
 const LOOKS: &str = "looks at a pixel and its neighbours";
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("TAA"),
+    name: Endpoint::pass("TAA"),
     time: "taa",
     what: "averages with what frames before saw of the same surfaces",
     presence: |plan| Presence::when(plan.averages_over_time(), "asked for", plan.reasons.lack_of("TAA")),
@@ -124,15 +124,15 @@ impl TaaPass {
 
 impl PassRecorder for TaaPass {
     /// Runs outside any render pass.
-    fn record(&self, recording: &FrameContext) {
-        let Some(frame) = recording.reprojection else { return };
-        let (raw, cmd, point) = (&recording.device.raw, recording.cmd, vk::PipelineBindPoint::COMPUTE);
-        let [across, down] = recording.size.map(|edge| edge.div_ceil(GROUP));
+    fn record(&self, context: &FrameContext) {
+        let Some(frame) = context.reprojection else { return };
+        let (raw, cmd, point) = (&context.device.raw, context.cmd, vk::PipelineBindPoint::COMPUTE);
+        let [across, down] = context.size.map(|edge| edge.div_ceil(GROUP));
         // SAFETY: `cmd` is being recorded outside a render pass; the set and the push constants are those of the layout. The pass owns all of it and outlives
         // the submission, and the shader looks at no pixel outside the picture.
         unsafe {
             raw.cmd_bind_pipeline(cmd, point, self.pipeline.raw);
-            raw.cmd_bind_descriptor_sets(cmd, point, self.layout.raw, 0, &[self.sets[recording.place]], &[]);
+            raw.cmd_bind_descriptor_sets(cmd, point, self.layout.raw, 0, &[self.sets[context.in_flight]], &[]);
             raw.cmd_push_constants(cmd, self.layout.raw, COMPUTE, 0, bytemuck::bytes_of(&push(frame)));
             raw.cmd_dispatch(cmd, across, down, 1);
         }

@@ -6,7 +6,7 @@ use ash::vk;
 use super::blending::{blend, limits, targets};
 use super::surface::{LitDesc, SurfacePipelines, lit_pipeline};
 use super::{
-    FrameContext, Making, Pass, PassName, PassRecorder, Presence, ResourceUse, SAMPLED, air, frame_data, looked_up,
+    Endpoint, FrameContext, Making, Pass, PassRecorder, Presence, ResourceUse, SAMPLED, air, frame_data, looked_up,
     maps, meshes,
 };
 use crate::gpu::{self, DepthState, sync::Use};
@@ -18,7 +18,7 @@ use crate::shaders::forward::Flags;
 pub const MAP_READ: Use = SAMPLED;
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("TRANSPARENT"),
+    name: Endpoint::pass("TRANSPARENT"),
     time: "transparent",
     what: "surfaces that show what lies behind them",
     presence: |plan| match (drawn_alone(plan), plan.transparency) {
@@ -80,9 +80,9 @@ impl TransparentPass {
 
 impl PassRecorder for TransparentPass {
     /// Draws visible objects, the farthest first. Runs inside its subpass.
-    fn record(&self, recording: &FrameContext) {
-        let draws = recording.visible.transparent.iter().map(|own| (&own.draw, own.first_index));
-        self.surfaces.record(recording, draws);
+    fn record(&self, context: &FrameContext) {
+        let draws = context.visible.transparent.iter().map(|own| (&own.draw, own.first_index));
+        self.surfaces.record(context, draws);
     }
 }
 

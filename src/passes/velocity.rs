@@ -12,7 +12,7 @@ use glam::Vec4;
 
 use super::screen::{replace, stages};
 use super::{
-    COLOR_WRITE, ContentsIfFirst, DEPTH_COMPARE, EARLY_DEPTH_READ, FrameContext, Making, MeshDraws, Pass, PassName,
+    COLOR_WRITE, ContentsIfFirst, DEPTH_COMPARE, EARLY_DEPTH_READ, Endpoint, FrameContext, Making, MeshDraws, Pass,
     PassRecorder, Presence, Resource, ResourceUse, frame_data, meshes, needed,
 };
 use crate::gpu::{self, DepthState, GraphicsPipeline, GraphicsPipelineDesc, Owned, pipeline_layout, sync::Use};
@@ -27,7 +27,7 @@ pub const VECTOR_WRITE: Use = COLOR_WRITE;
 pub const DEPTH_READ: Use = EARLY_DEPTH_READ.or(DEPTH_COMPARE);
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("VELOCITY"),
+    name: Endpoint::pass("VELOCITY"),
     time: "velocity",
     what: "how far what moves by itself has come since the frame before",
     presence: |plan| match plan.effects.taa {
@@ -120,27 +120,27 @@ impl VelocityPass {
 
 impl PassRecorder for VelocityPass {
     /// Draws the objects that have moved since the frame before. Runs inside its subpass.
-    fn record(&self, recording: &FrameContext) {
-        let Some(frame) = recording.reprojection else { return };
+    fn record(&self, context: &FrameContext) {
+        let Some(frame) = context.reprojection else { return };
         let Some(before) = &frame.previous else { return };
-        recording.set_area();
-        recording.bind_set(self.layout.raw, 0, recording.frame_set);
+        context.set_area();
+        context.bind_set(self.layout.raw, 0, context.frame_set);
         for (&kind, pipeline) in &self.pipelines {
-            let object = |index: usize| &recording.world.objects[index];
+            let object = |index: usize| &context.world.objects[index];
             let is_own = |own: &WorldObject| (own.deform.is_some(), own.key.extras.strokes) == kind;
             let mut own = frame.moved.iter().filter(|moved| is_own(object(moved.draw.object))).peekable();
             if own.peek().is_none() {
                 continue;
             }
-            recording.bind_pipeline(pipeline.raw);
+            context.bind_pipeline(pipeline.raw);
             let (deformed, _) = kind;
             let streams: &[u32] = if deformed { &[POSITION, POSITION_BEFORE] } else { &[POSITION] };
-            let mut meshes = MeshDraws::new(recording, streams);
+            let mut meshes = MeshDraws::new(context, streams);
             for moved in own {
                 let object = object(moved.draw.object);
                 let (was, is) = (before.rows(&moved.before), frame.current.rows(&object.transform));
                 let push = VelocityPush { before: was.place, distance: is.distance, distance_before: was.distance };
-                recording.push(self.layout.raw, STAGES, &push);
+                context.push(self.layout.raw, STAGES, &push);
                 meshes.draw(object, moved.draw.level, None, moved.draw.instances());
             }
         }

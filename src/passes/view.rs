@@ -4,7 +4,7 @@ use ash::vk;
 
 use super::screen::{InputSet, Screen, ScreenDesc, replace};
 use super::{
-    COLOR_WRITE, ContentsIfFirst, DEPTH_COMPARE, FrameContext, INPUT_READ, Making, Pass, PassName, PassRecorder,
+    COLOR_WRITE, ContentsIfFirst, DEPTH_COMPARE, Endpoint, FrameContext, INPUT_READ, Making, Pass, PassRecorder,
     Presence, ResourceUse, SAMPLED, frame_data, gbuffer_inputs, light_maps, needed,
 };
 use crate::gpu::{self, SetLayout, sync::Use};
@@ -20,7 +20,7 @@ const OUTPUT_WRITE: Use = COLOR_WRITE;
 const MAP_READ: Use = SAMPLED;
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("VIEW"),
+    name: Endpoint::pass("VIEW"),
     time: "lighting",
     what: "shows a buffer instead of lighting it",
     presence: |plan| {
@@ -93,12 +93,12 @@ impl ViewPass {
 
 impl PassRecorder for ViewPass {
     /// Draws the view. Runs inside its subpass.
-    fn record(&self, recording: &FrameContext) {
-        recording.set_area();
-        let mut sets = vec![(0, recording.frame_set)];
+    fn record(&self, context: &FrameContext) {
+        context.set_area();
+        let mut sets = vec![(0, context.frame_set)];
         sets.extend(self.inputs.as_ref().map(|inputs| (1, inputs.set)));
-        sets.extend(recording.shadow_set.map(|set| (2, set)));
-        self.screen.record(recording, &sets);
+        sets.extend(context.shadow_set.map(|set| (2, set)));
+        self.screen.record(context, &sets);
     }
 
     fn rebind(&mut self, own: &Making) -> gpu::Result<()> {

@@ -388,15 +388,15 @@ fn texts(messages: &[Message]) -> String {
 #[cfg(test)]
 mod tests {
     use afterlight::frame::list::SHADOW_PASS;
-    use afterlight::frame::rows::{PassName, RowName, SyncKind};
+    use afterlight::frame::rows::{Endpoint, RowName, SyncKind};
     use afterlight::gpu::sync::Use;
     use afterlight::plan::Capabilities;
     use afterlight::scene::{Scene, Settings};
 
     use super::*;
 
-    fn row(name: RowName, to: PassName) -> Row {
-        let (from, why) = (PassName::OUTSIDE, "");
+    fn row(name: RowName, to: Endpoint) -> Row {
+        let (from, why) = (Endpoint::OUTSIDE, "");
         let (carrier, by_region) = (SyncKind::Subpass(SHADOW_PASS), false);
         Row {
             name,
@@ -417,11 +417,11 @@ mod tests {
     #[test]
     fn silence_is_explained_by_what_is_known_of_the_layer() {
         let plan = FramePlan::of(&Scene::default(), &Settings::default(), &Capabilities::ample()).expect("a plan");
-        let reuse = row(RowName::Reuse(PassName::pass("SHADOW")), PassName::pass("SHADOW"));
+        let reuse = row(RowName::Reuse(Endpoint::pass("SHADOW")), Endpoint::pass("SHADOW"));
         let (new, old) = (silence(&plan, &reuse, LAYER), silence(&plan, &reuse, LAYER - 1));
         assert!(new.contains("gave shadow-reuse nothing to order"), "{new}");
         assert!(old.contains("says nothing of these frames") && !old.contains("gave"), "{old}");
-        let argued = silence(&plan, &row(RowName::PICTURE_TO_HOST, PassName::HOST), LAYER);
+        let argued = silence(&plan, &row(RowName::PICTURE_TO_HOST, Endpoint::HOST), LAYER);
         assert!(argued.contains("No layer is known to notice") && argued.contains("Signaling a fence"), "{argued}");
     }
 }

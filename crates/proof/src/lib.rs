@@ -9,7 +9,7 @@ use std::fmt;
 
 use ash::vk;
 
-use afterlight::frame::rows::{PassName, Row, RowError, RowName, RowPart, Rows};
+use afterlight::frame::rows::{Endpoint, Row, RowError, RowName, RowPart, Rows};
 use afterlight::gpu::Queue;
 use afterlight::gpu::barrier::Half;
 use afterlight::gpu::sync::Use;
@@ -106,9 +106,9 @@ impl FrameModel {
     }
 
     /// The passes of the frame with most of them, in their order: subpasses, and dispatches and draws of their own.
-    pub fn passes(&self) -> Vec<PassName> {
-        let others = [PassName::HOST, PassName::UPLOAD, PassName::PRESENTATION, copy::PASS.place];
-        let is_pass = |place: &PassName| !others.contains(place);
+    pub fn passes(&self) -> Vec<Endpoint> {
+        let others = [Endpoint::HOST, Endpoint::UPLOAD, Endpoint::PRESENTATION, copy::PASS.name];
+        let is_pass = |place: &Endpoint| !others.contains(place);
         let of_frame = |frame: usize| {
             let touches = self.0.touches.iter().filter(|touch| touch.frame == frame);
             let places = touches.filter_map(|touch| match touch.who {

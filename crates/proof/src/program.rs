@@ -5,7 +5,7 @@ use std::fmt;
 use ash::vk::{self, AccessFlags2 as A, PipelineStageFlags2 as S};
 
 use afterlight::frame::list::RenderPassName;
-use afterlight::frame::rows::{PassName, RowName, SUPPORTED};
+use afterlight::frame::rows::{Endpoint, RowName, SUPPORTED};
 use afterlight::gpu::Queue;
 use afterlight::gpu::barrier::Half;
 use afterlight::gpu::sync::{DEVICE_ACCESS, Dependency, Use};
@@ -178,7 +178,7 @@ impl fmt::Display for Memory {
 /// The author of a touch: a place of the frame, or the row that changes a layout.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Who {
-    At(PassName),
+    At(Endpoint),
     Row(RowName),
     /// The end of a render pass.
     End(RenderPassName),
@@ -261,7 +261,7 @@ impl Program {
     }
 
     /// A command that touches memory, each in a layout, in one go.
-    pub(super) fn command(&mut self, place: PassName, touches: &[(Memory, vk::ImageLayout, Use)]) {
+    pub(super) fn command(&mut self, place: Endpoint, touches: &[(Memory, vk::ImageLayout, Use)]) {
         let (time, group) = (self.step(), self.group());
         for &(memory, layout, uses) in touches {
             self.touch(&MemoryAccess { time, group, ..self.plain(memory, Who::At(place), layout) }, uses);
@@ -274,7 +274,7 @@ impl Program {
             memory,
             time: self.now,
             queue: match who {
-                Who::At(PassName::HOST | PassName::PRESENTATION) => None,
+                Who::At(Endpoint::HOST | Endpoint::PRESENTATION) => None,
                 _ => Some(self.queue),
             },
             who,

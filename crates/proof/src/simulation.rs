@@ -1,7 +1,7 @@
 //! Decides which frames show the hazard of a missing row ([`Simulation`]), and says why some have no such picture.
 
 use afterlight::frame::list::{Step, StepList};
-use afterlight::frame::rows::{self, PassName, Row, RowName, Rows};
+use afterlight::frame::rows::{self, Endpoint, Row, RowName, Rows};
 use afterlight::frame::{HazardPicture, MissingRow, Simulation};
 use afterlight::passes::{ContentsIfFirst, ONCE, Resource, ResourceUse, UseKind};
 use afterlight::plan::FramePlan;
@@ -19,7 +19,7 @@ pub fn simulation(plan: &FramePlan, name: RowName, how: HazardPicture) -> Result
     let rows = rows::table(plan);
     let row = rows.find(name).ok_or_else(|| NoPicture(format!("these frames have no row {name}")))?;
     let stops = Stop::all(plan);
-    let find = |place: PassName| stops.iter().find(|stop| stop.place == place);
+    let find = |place: Endpoint| stops.iter().find(|stop| stop.place == place);
     let producer = find(row.from).ok_or_else(|| NoPicture(why_no_producer(row)))?;
     let readers: Vec<_> =
         waiting(row).filter(|&place| find(place).is_some_and(|own| own.reads_of(producer, row))).collect();
@@ -43,7 +43,7 @@ pub fn simulation(plan: &FramePlan, name: RowName, how: HazardPicture) -> Result
 
 /// A subpass, or a pass outside of render passes, of a plan's frames.
 struct Stop {
-    place: PassName,
+    place: Endpoint,
     touches: Vec<ResourceUse>,
     /// It is a subpass, so that its draws can be clipped to tiles.
     draws: bool,
@@ -65,7 +65,7 @@ impl Stop {
                 // Those after the picture are recorded beside the renderer's own part of a frame.
                 Step::Commands(own) if own.pass.make.is_some() => {
                     let touches = own.pass.uses(plan);
-                    all.push(Self { place: own.pass.place, touches, draws: false, draws_maps: false });
+                    all.push(Self { place: own.pass.name, touches, draws: false, draws_maps: false });
                 }
                 Step::Commands(_) | Step::Presentation | Step::HandOver(_) => {}
             }
@@ -115,7 +115,7 @@ impl Stop {
 }
 
 /// The places that wait by a row.
-fn waiting(row: &Row) -> impl Iterator<Item = PassName> {
+fn waiting(row: &Row) -> impl Iterator<Item = Endpoint> {
     let named = row.waiting.iter().copied();
     named.chain(row.waiting.is_empty().then_some(row.to))
 }
@@ -125,18 +125,18 @@ fn other_reader(
     rows: &Rows,
     stops: &[Stop],
     (producer, own): (&Stop, RowName),
-    known: &[PassName],
-) -> Option<(PassName, RowName)> {
+    known: &[Endpoint],
+) -> Option<(Endpoint, RowName)> {
     let others = rows.iter().filter(|row| row.from == producer.place && row.name != own);
     let mut readers = others.flat_map(|row| waiting(row).map(move |place| (place, row)));
-    let is_other = |&(place, row): &(PassName, &Row)| {
+    let is_other = |&(place, row): &(Endpoint, &Row)| {
         !known.contains(&place) && stops.iter().any(|stop| stop.place == place && stop.reads_of(producer, row))
     };
     readers.find(is_other).map(|(place, row)| (place, row.name))
 }
 
 /// The producer with all passes whose results it depends on, so that its own is that of one camera. Shadow maps are the same for both cameras.
-fn sources(rows: &Rows, stops: &[Stop], producer: &Stop, own: RowName) -> Result<Vec<PassName>, String> {
+fn sources(rows: &Rows, stops: &[Stop], producer: &Stop, own: RowName) -> Result<Vec<Endpoint>, String> {
     let mut found = vec![producer];
     let mut next = 0;
     while let Some(&reader) = found.get(next) {
@@ -164,10 +164,10 @@ fn sources(rows: &Rows, stops: &[Stop], producer: &Stop, own: RowName) -> Result
 
 /// Why a row has no writer among the passes of the frame.
 fn why_no_producer(row: &Row) -> String {
-    let is_once = |place: PassName| ONCE.iter().any(|(once, _)| *once == place);
+    let is_once = |place: Endpoint| ONCE.iter().any(|(once, _)| *once == place);
     match row.from {
         place if is_once(place) || is_once(row.to) => "it orders work that is done once, before the first frame".into(),
-        PassName::OUTSIDE if row.to.is_pass() => {
+        Endpoint::OUTSIDE if row.to.is_pass() => {
             "it orders frames in flight, and the last frame, whose content may be overwritten too soon, is already on its way to the screen".into()
         }
         _ => "it is not between two passes of the frame".into(),

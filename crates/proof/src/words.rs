@@ -1,7 +1,7 @@
 //! The effect of a hazard on a frame, without Vulkan's terms: one party touches a memory before another is done with it.
 
 use super::program::{Memory, MemoryAccess, Who};
-use afterlight::frame::rows::PassName;
+use afterlight::frame::rows::Endpoint;
 use afterlight::passes::Resource;
 use afterlight::plan::Target;
 
@@ -99,11 +99,11 @@ pub(super) fn blamed<'a>(
 
 fn who(touch: &MemoryAccess) -> String {
     match touch.who {
-        Who::At(PassName::HOST) => "the CPU".into(),
-        Who::At(PassName::PRESENTATION) => "presentation".into(),
-        Who::At(PassName::UPLOAD) => "the upload".into(),
-        Who::At(PassName::CLEAR) => "the first clear".into(),
-        Who::At(PassName::DEVICE) => "the dispatch".into(),
+        Who::At(Endpoint::HOST) => "the CPU".into(),
+        Who::At(Endpoint::PRESENTATION) => "presentation".into(),
+        Who::At(Endpoint::UPLOAD) => "the upload".into(),
+        Who::At(Endpoint::CLEAR) => "the first clear".into(),
+        Who::At(Endpoint::DEVICE) => "the dispatch".into(),
         Who::At(place) => place.to_string(),
         Who::Row(name) => format!("the barrier {name}"),
         Who::End(pass) => format!("the end of the {pass}"),

@@ -12,7 +12,7 @@ use self::content::{open_file, show_label};
 use afterlight::frame::rows::{Row, RowName, Rows, table};
 use afterlight::frame::{Error, HazardPicture, MissingRow, Presenter};
 use afterlight::gpu::{Instance, Message, Validation};
-use afterlight::passes::{ONCE, PassName};
+use afterlight::passes::{Endpoint, ONCE};
 use afterlight::plan::FramePlan;
 use afterlight_proof::simulation::simulation;
 use afterlight_proof::{FrameModel, in_words};
@@ -231,7 +231,7 @@ impl Dependencies {
 
     /// Returns true if a row orders work that is done once, as the scene is uploaded.
     fn is_once(&self, name: RowName) -> bool {
-        let has = |place: PassName| ONCE.iter().any(|(once, _)| *once == place);
+        let has = |place: Endpoint| ONCE.iter().any(|(once, _)| *once == place);
         self.listed.iter().any(|own| own.row.name == name && (has(own.row.from) || has(own.row.to)))
     }
 }

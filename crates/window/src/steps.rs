@@ -7,7 +7,7 @@ pub use stepper::Stepper;
 
 use afterlight::frame::list::StepList;
 use afterlight::passes::{
-    Pass, PassName, Resource, UseKind, composite, forward, geometry, lighting, shadow, tiled, tonemap, transparent,
+    Endpoint, Pass, Resource, UseKind, composite, forward, geometry, lighting, shadow, tiled, tonemap, transparent,
 };
 use afterlight::plan::{FramePlan, PlannedBrdf, Shading, ToneMapping, effects};
 use afterlight::scene::{Brdf, Settings, Tonemap, Transparency, View};
@@ -22,7 +22,7 @@ pub enum FrameStep {
     /// A buffer that GEOMETRY has written.
     Buffer(View),
     /// The buffer that a pass of an effect has made of one of them.
-    Rewritten(PassName, View),
+    Rewritten(Endpoint, View),
     /// The lights from `first` to before `end` are added, of those that the plan has; none of them before the first light.
     Lights {
         first: usize,
@@ -36,7 +36,7 @@ pub enum FrameStep {
     Light,
     Tonemap,
     /// A pass over the whole picture that settings can leave out.
-    Effect(PassName),
+    Effect(Endpoint),
 }
 
 impl FrameStep {
@@ -50,7 +50,7 @@ impl FrameStep {
 
     /// The steps of one pass. A window's own passes, and those that only show a buffer, have none.
     fn of(pass: &Pass, plan: &FramePlan) -> Vec<Self> {
-        let is = |other: &Pass| pass.place == other.place;
+        let is = |other: &Pass| pass.name == other.name;
         if is(&shadow::PASS) {
             return vec![Self::ShadowMaps];
         }
@@ -58,7 +58,7 @@ impl FrameStep {
             return buffers(plan).into_iter().map(Self::Buffer).collect();
         }
         if let Some(view) = rewritten(pass, plan) {
-            return vec![Self::Rewritten(pass.place, view)];
+            return vec![Self::Rewritten(pass.name, view)];
         }
         if is(&lighting::PASS) || is(&forward::PASS) || is(&tiled::PASS) {
             let groups = light_groups(plan.light_numbers().len()).into_iter();
@@ -75,7 +75,7 @@ impl FrameStep {
             let light = (curve != Tonemap::None).then_some(Self::Light);
             return light.into_iter().chain([Self::Tonemap]).collect();
         }
-        pass.leave_out.map(|_| Self::Effect(pass.place)).into_iter().collect()
+        pass.leave_out.map(|_| Self::Effect(pass.name)).into_iter().collect()
     }
 
     /// The settings of the frames that show it, where `whole` are those of the frames whose plan this is.
@@ -84,7 +84,7 @@ impl FrameStep {
         let mut settings = Settings { light_path: plan.light_path, ..whole.clone() };
         // Effects that come later are left out.
         let list = StepList::of(plan);
-        let is_own = |pass: &&Pass| pass.place.name() == self.pass(plan);
+        let is_own = |pass: &&Pass| pass.name.name() == self.pass(plan);
         let later = list.passes().skip_while(|pass| !is_own(pass)).skip_while(is_own);
         let mut later = later.filter_map(|pass| pass.leave_out).peekable();
         if let (Self::Effect(_), None) = (self, later.peek()) {

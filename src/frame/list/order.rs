@@ -36,9 +36,9 @@ impl OrderEntry {
     pub(super) fn planned(&self, plan: &FramePlan) -> Vec<Planned> {
         let run = |when, pass| commands(plan, when, pass, &[], &[]);
         let one = match *self {
-            Self::Draw(place, passes) => subpass(plan, place.place, passes).map(Planned::Drawn),
+            Self::Draw(place, passes) => subpass(plan, place.name, passes).map(Planned::Drawn),
             Self::DrawApart(passes) => {
-                let drawn: Vec<_> = passes.iter().filter_map(|&pass| subpass(plan, pass.place, &[pass])).collect();
+                let drawn: Vec<_> = passes.iter().filter_map(|&pass| subpass(plan, pass.name, &[pass])).collect();
                 (!drawn.is_empty()).then_some(Planned::DrawnApart(drawn))
             }
             Self::Run(pass) => run(Condition::Always, pass).map(Planned::Recorded),

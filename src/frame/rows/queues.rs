@@ -5,7 +5,7 @@
 
 use ash::vk::AccessFlags2 as A;
 
-use super::{PassName, Row, RowName, Rows, SyncKind, row};
+use super::{Endpoint, Row, RowName, Rows, SyncKind, row};
 use crate::frame::list::{HandOver, Step};
 use crate::gpu::barrier::Half;
 use crate::gpu::sync::{DEVICE_ACCESS, Use};
@@ -44,7 +44,7 @@ const fn stages(uses: Use) -> Use {
     Use::new(uses.stage, A::empty())
 }
 
-fn semaphore(queues: [Queue; 2], [from, to]: [PassName; 2], waits: Use, why: &str) -> Row {
+fn semaphore(queues: [Queue; 2], [from, to]: [Endpoint; 2], waits: Use, why: &str) -> Row {
     row(RowName::semaphore(queues), SyncKind::QueueSemaphore)
         .from(from, &[DEVICE_ACCESS])
         .to(to, &[stages(waits)])
@@ -91,12 +91,12 @@ pub(super) fn of_uploads(plan: &FramePlan) -> Vec<Row> {
     if !plan.queues.transfer || !(uploads.textures || uploads.vertices || uploads.volumes) {
         return Vec::new();
     }
-    let (queues, ends) = ([Queue::Transfer, Queue::Graphics], [PassName::UPLOAD, PassName::UPLOAD]);
+    let (queues, ends) = ([Queue::Transfer, Queue::Graphics], [Endpoint::UPLOAD, Endpoint::UPLOAD]);
     // Blits write levels that the other queue has brought into the layout for that.
     let next = if uploads.mip_levels { LEVEL_WRITE } else { stages(COPY_WRITE) };
     let given = row(RowName::ownership(queues), SyncKind::Ownership(queues))
-        .from(PassName::UPLOAD, &[COPY_WRITE])
-        .to(PassName::UPLOAD, &[next])
+        .from(Endpoint::UPLOAD, &[COPY_WRITE])
+        .to(Endpoint::UPLOAD, &[next])
         .because(
             "the queue that reads buffers and textures owns them when they are copied: its own rows go on from here",
         );

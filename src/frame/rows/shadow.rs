@@ -2,7 +2,7 @@
 
 use ash::vk;
 
-use super::{PassName, Row, RowName, Rows, barrier, waits};
+use super::{Endpoint, Row, RowName, Rows, barrier, waits};
 use crate::frame::list::{Step, StepList, Subpass};
 use crate::gpu::sync::Use;
 use crate::gpu_scene::{ATLAS_LAYOUT, ClearOrder, ClearOrders, TINT_LAYOUT, shadow_clear};
@@ -67,12 +67,12 @@ pub(super) fn rows(plan: &FramePlan, steps: &[Step]) -> Vec<Row> {
         let (layout, drawn, why) = match image {
             Resource::SHADOW_TINTS => (
                 TINT_LAYOUT,
-                (tint::PASS.place, tint::TINT_CLEAR),
+                (tint::PASS.name, tint::TINT_CLEAR),
                 "tints that no frame has drawn yet are sampled, or drawn by TINT, which waits for samplers",
             ),
             _ => (
                 ATLAS_LAYOUT,
-                (shadow::PASS.place, shadow::MAP_CLEAR),
+                (shadow::PASS.name, shadow::MAP_CLEAR),
                 "a map that no frame has drawn yet is sampled, or drawn by SHADOW, which waits for samplers",
             ),
         };
@@ -80,11 +80,11 @@ pub(super) fn rows(plan: &FramePlan, steps: &[Step]) -> Vec<Row> {
         let (reader, read) = waits::readers(plan, steps, image).unwrap_or(drawn);
         [
             barrier(before, vk::ImageLayout::UNDEFINED, CLEARED)
-                .from(PassName::OUTSIDE, &[Use::START])
-                .to(PassName::CLEAR, &[shadow_clear::WRITE])
+                .from(Endpoint::OUTSIDE, &[Use::START])
+                .to(Endpoint::CLEAR, &[shadow_clear::WRITE])
                 .because("the image is new: there is nothing to wait for, but its layout changes before the write"),
             barrier(after, CLEARED, layout)
-                .from(PassName::CLEAR, &[shadow_clear::WRITE])
+                .from(Endpoint::CLEAR, &[shadow_clear::WRITE])
                 .to(reader, &[read])
                 .because(why),
         ]

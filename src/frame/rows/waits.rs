@@ -24,7 +24,7 @@ use std::cmp::Reverse;
 use ash::vk::{self, AccessFlags2 as A, PipelineStageFlags2 as S};
 
 use super::presentation::IN_TURN;
-use super::{PassName, Row, RowName, SyncKind, row};
+use super::{Endpoint, Row, RowName, SyncKind, row};
 use crate::frame::list::{Condition, RESOLVE, RenderPassName, Step};
 use crate::gpu::sync::Use;
 use crate::passes::{Resource, ResourceUse, UseKind, copy, present};
@@ -57,7 +57,7 @@ pub struct BarrierPosition {
 
 /// A subpass, or a pass outside of render passes.
 struct Stop<'a> {
-    place: PassName,
+    place: Endpoint,
     /// The index of its step in the list.
     step: usize,
     render_pass: Option<RenderPassName>,
@@ -73,7 +73,7 @@ struct Stop<'a> {
 struct Visit {
     /// The index of the stop, or the number of stops for uses after the frame's own passes.
     stop: usize,
-    place: PassName,
+    place: Endpoint,
     render_pass: Option<RenderPassName>,
     /// Uses by passes, load operations and store operations, all of which wait for earlier ones.
     waits: Use,
@@ -100,7 +100,7 @@ struct Draft {
     after: Vec<Use>,
     to: Visit,
     /// Who waits, each for its own reasons.
-    reasons: Vec<(PassName, Vec<&'static str>)>,
+    reasons: Vec<(Endpoint, Vec<&'static str>)>,
     layouts: [vk::ImageLayout; 2],
     resources: Vec<Resource>,
     all_samples: bool,
@@ -161,7 +161,7 @@ pub fn rows(plan: &FramePlan, steps: &[Step]) -> Vec<Wait> {
 }
 
 /// All uses of a resource by passes that only read it, and the first of these; `None` if no pass reads it.
-pub fn readers(plan: &FramePlan, steps: &[Step], resource: Resource) -> Option<(PassName, Use)> {
+pub fn readers(plan: &FramePlan, steps: &[Step], resource: Resource) -> Option<(Endpoint, Use)> {
     let stops = stops(plan, steps);
     let reads = |touch: &&ResourceUse| touch.resource == resource && !touch.writes() && !touch.is_attachment();
     let of = |stop: &Stop| stop.touches.iter().filter(reads).map(|touch| (stop.place, touch.uses)).collect::<Vec<_>>();
@@ -169,7 +169,7 @@ pub fn readers(plan: &FramePlan, steps: &[Step], resource: Resource) -> Option<(
 }
 
 /// The first place that touches a resource.
-pub fn first_user(plan: &FramePlan, steps: &[Step], resource: Resource) -> Option<PassName> {
+pub fn first_user(plan: &FramePlan, steps: &[Step], resource: Resource) -> Option<Endpoint> {
     let touches = |stop: &Stop| stop.touches.iter().any(|touch| touch.resource == resource);
     stops(plan, steps).iter().find(|stop| touches(stop)).map(|stop| stop.place)
 }
@@ -194,7 +194,7 @@ fn stops<'a>(plan: &FramePlan, steps: &'a [Step]) -> Vec<Stop<'a>> {
             Step::Commands(own) => {
                 let touches = Cow::Owned(own.pass.uses(plan));
                 let is_occasional = own.when != Condition::Always;
-                stops.push(Stop { place: own.pass.place, step, render_pass: None, touches, samples: 1, is_occasional });
+                stops.push(Stop { place: own.pass.name, step, render_pass: None, touches, samples: 1, is_occasional });
             }
             Step::Presentation | Step::HandOver(_) => {}
         }
@@ -291,20 +291,20 @@ fn visits(plan: &FramePlan, stops: &[Stop], resource: Resource) -> Vec<Visit> {
 fn after_the_passes(plan: &FramePlan, stops: &[Stop], resource: Resource) -> Option<Visit> {
     let (place, waits, done, why) = match resource {
         Resource::FoundCounts => (
-            PassName::HOST,
+            Endpoint::HOST,
             copy::HOST_READ,
             copy::HOST_READ,
             "reads the counts: a fence alone does not make them visible to it",
         ),
         Resource::Target(target) if target == plan.picture() => match plan.draws_into_swapchain() {
             true => (
-                PassName::OUTSIDE,
+                Endpoint::OUTSIDE,
                 IN_TURN,
                 present::ATTACH,
                 "whatever comes over the picture waits for TRANSFER, and so for the layout that the picture is left in",
             ),
             false => (
-                PassName::OUTSIDE,
+                Endpoint::OUTSIDE,
                 present::READ,
                 present::READ,
                 "whatever copies or shows the picture reads it in the layout that it is left in",
@@ -318,7 +318,7 @@ fn after_the_passes(plan: &FramePlan, stops: &[Stop], resource: Resource) -> Opt
         render_pass: None,
         waits,
         done,
-        layout: if place == PassName::HOST {
+        layout: if place == Endpoint::HOST {
             vk::ImageLayout::UNDEFINED
         } else {
             plan.layouts.of(vk::ImageLayout::TRANSFER_SRC_OPTIMAL)
@@ -480,7 +480,7 @@ impl Draft {
             }
         };
         let name = match key {
-            _ if is_after && to.place == PassName::HOST => RowName::FOUND_TO_HOST,
+            _ if is_after && to.place == Endpoint::HOST => RowName::FOUND_TO_HOST,
             _ if is_after => RowName::READ_BACK,
             Key::AfterWriter(..) => RowName::Readers(from.place),
             Key::OutOf(..) if reasons.len() > 1 => RowName::Readers(from.place),
@@ -489,7 +489,7 @@ impl Draft {
             Key::Reuse(..) | Key::BarrierReuse(..) => RowName::Reuse(to.place),
             _ => RowName::Pair(from.place, to.place),
         };
-        let outside = if from.is_last_frame { PassName::OUTSIDE } else { from.place };
+        let outside = if from.is_last_frame { Endpoint::OUTSIDE } else { from.place };
         let why = why(&from, &reasons, &resources);
         let own = row(name, carrier).from(outside, &before).to(to.place, &after).for_all(&reasons).about(resources);
         let is_between = matches!(key, Key::Between(..));
@@ -498,13 +498,13 @@ impl Draft {
 }
 
 /// The reason of a row in a sentence: why each waiting pass uses the resource, and which memory frames share.
-fn why(from: &Visit, reasons: &[(PassName, Vec<&'static str>)], resources: &[Resource]) -> String {
-    let of_one = |(place, why): &(PassName, Vec<&str>)| {
+fn why(from: &Visit, reasons: &[(Endpoint, Vec<&'static str>)], resources: &[Resource]) -> String {
+    let of_one = |(place, why): &(Endpoint, Vec<&str>)| {
         let does = match &why[..] {
             [most @ .., last] if most.len() > 1 => format!("{}, and {last}", most.join(", ")),
             _ => why.join(", and "),
         };
-        if *place == PassName::OUTSIDE { does } else { format!("{place} {does}") }
+        if *place == Endpoint::OUTSIDE { does } else { format!("{place} {does}") }
     };
     let does = reasons.iter().map(of_one).collect::<Vec<_>>().join("; ");
     if !from.is_last_frame {

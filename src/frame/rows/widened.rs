@@ -4,7 +4,7 @@
 use ash::vk::{AccessFlags2 as A, PipelineStageFlags2 as S};
 
 use super::super::list::StepList;
-use super::{PassName, Row, RowError, RowName, Rows};
+use super::{Endpoint, Row, RowError, RowName, Rows};
 use crate::gpu::sync::{Dependency, Use};
 use crate::plan::FramePlan;
 use crate::scene::Passes;
@@ -62,7 +62,7 @@ fn widen(row: &mut Row, plan: &FramePlan) {
         return;
     };
     let list = StepList::of(plan);
-    let inside = |place: PassName| {
+    let inside = |place: Endpoint| {
         list.render_passes().any(|(name, subpasses)| name == pass && subpasses.iter().any(|own| own.place == place))
     };
     if row.is_between_subpasses() && plan.passes == Passes::LocalRead {

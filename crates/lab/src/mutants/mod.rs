@@ -19,7 +19,7 @@ use std::fmt;
 use rayon::prelude::*;
 
 use afterlight::frame::plan_with;
-use afterlight::frame::rows::{self, PassName, Row, RowPart, Rows, Side, SyncKind};
+use afterlight::frame::rows::{self, Endpoint, Row, RowPart, Rows, Side, SyncKind};
 use afterlight::gpu::vk;
 use afterlight::plan::{self, Capabilities, Encoding, FramePlan, PresentTarget, Transfer};
 use afterlight::scene::{Scene, Settings};
@@ -169,7 +169,7 @@ pub fn mutants<'a>(cases: &'a [MutantCase], plans: &'a [FramePlan]) -> Vec<Mutan
         let table = rows::table(plan);
         // Frames that overwrite more than one buffer of the last frame give their new rows alone, too: the layer takes the barrier of one buffer to order the others.
         let is_of_buffer = |row: &&Row| matches!(row.carrier, SyncKind::BufferBarrier | SyncKind::MemoryBarrier);
-        let overwrites_buffers = table.iter().filter(|row| row.from == PassName::OUTSIDE).filter(is_of_buffer).count();
+        let overwrites_buffers = table.iter().filter(|row| row.from == Endpoint::OUTSIDE).filter(is_of_buffer).count();
         for row in table.iter().filter(|row| row.carrier.stays().is_none()) {
             let masks = row.masks();
             let is_new = !tried.contains(&masks);

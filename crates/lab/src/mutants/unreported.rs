@@ -11,7 +11,7 @@ use afterlight::frame::list::RenderPassName;
 use afterlight::frame::rows::{Row, RowPart, Side, SyncKind, table};
 use afterlight::frame::{LayoutChange, layout_changes};
 use afterlight::gpu::sync::Use;
-use afterlight::passes::{PassName, Resource, forward, geometry, lighting, pyramid, shadow, tonemap};
+use afterlight::passes::{Endpoint, Resource, forward, geometry, lighting, pyramid, shadow, tonemap};
 use afterlight::plan::{FramePlan, Target};
 use ash::vk::{self, AccessFlags2 as A, PipelineStageFlags2 as S};
 
@@ -67,13 +67,13 @@ impl MissingPart<'_> {
     }
 
     /// Returns true if the render pass of the row begins with this place.
-    fn begins_with(&self, place: PassName) -> bool {
+    fn begins_with(&self, place: Endpoint) -> bool {
         self.row.carrier == SyncKind::Subpass(RenderPassName::of(place))
     }
 
     /// Returns true if the row waits for something outside of its frame, mostly for the frame before.
     fn is_from_outside(&self) -> bool {
-        self.row.from == PassName::OUTSIDE
+        self.row.from == Endpoint::OUTSIDE
     }
 
     /// Returns true if a render pass waits by this row for an earlier pass of the same frame.
@@ -86,12 +86,12 @@ impl MissingPart<'_> {
         let Row { from, before, after, .. } = self.row;
         let tests = A::DEPTH_STENCIL_ATTACHMENT_READ | A::DEPTH_STENCIL_ATTACHMENT_WRITE;
         // What LIGHTING writes of the G-buffer besides are drops, which the layer notices.
-        let blends = after.access.contains(A::COLOR_ATTACHMENT_READ) && *from != geometry::PASS.place;
+        let blends = after.access.contains(A::COLOR_ATTACHMENT_READ) && *from != geometry::PASS.name;
         let draws = after.access.intersects(A::COLOR_ATTACHMENT_READ | tests);
         let drops = after.access.contains(A::DEPTH_STENCIL_ATTACHMENT_WRITE);
         let writes_depth = before.access.contains(A::DEPTH_STENCIL_ATTACHMENT_WRITE);
         // Where the render pass has its depth from an earlier one, or does not drop it, the layer does not see what must be over first.
-        let begins_depth = self.begins_with(geometry::PASS.place) || self.begins_with(forward::PASS.place);
+        let begins_depth = self.begins_with(geometry::PASS.name) || self.begins_with(forward::PASS.name);
         let is_kept = !drops || !begins_depth;
         let missed = [
             (Side::Before, S::empty(), A::COLOR_ATTACHMENT_WRITE, blends),
@@ -105,7 +105,7 @@ impl MissingPart<'_> {
         ];
         let is_missed = |(side, stages, accesses, is_missed)| is_missed && self.is_bit(side, stages, accesses);
         // TINT tests against the depth of its map, and stores it.
-        let is_of_map = *from == shadow::PASS.place && matches!(self.part, RowPart::Bits(..));
+        let is_of_map = *from == shadow::PASS.name && matches!(self.part, RowPart::Bits(..));
         self.row.is_between_subpasses() && (is_of_map || missed.into_iter().any(is_missed))
     }
 
@@ -119,7 +119,7 @@ impl MissingPart<'_> {
     /// Returns true if a subpass of the frame has another row to the same dispatches, for what they write.
     fn is_awaited_in_the_frame(&self) -> bool {
         let to_same =
-            |row: &Row| row.carrier.is_render_pass() && row.to == self.row.to && row.from != PassName::OUTSIDE;
+            |row: &Row| row.carrier.is_render_pass() && row.to == self.row.to && row.from != Endpoint::OUTSIDE;
         table(self.plan).iter().any(|row| to_same(row) && row.after.access.contains(A::SHADER_WRITE))
     }
 
@@ -144,7 +144,7 @@ impl MissingPart<'_> {
         let rows = table(self.plan);
         let last = |other: &&Row| other.is_between_subpasses() && other.to == row.to && other.from != row.from;
         // LIGHTING's render pass changes the layout of the depth that it loads, and the layer takes that for an order.
-        let is_ordered = is_between || self.begins_with(lighting::PASS.place);
+        let is_ordered = is_between || self.begins_with(lighting::PASS.name);
         let is_led_to = |last: &Row| {
             let mut firsts = rows.iter().filter(|other| other.from == row.from && other.waiting.contains(&last.from));
             firsts.any(|first| is_ordered || first.after.stage.intersects(last.before.stage))
@@ -204,8 +204,8 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         is_about: |missing| {
             let Row { from, to, before, after, .. } = missing.row;
             let both = S::FRAGMENT_SHADER | S::COMPUTE_SHADER;
-            let is_written = (*from == PassName::CLEAR || missing.leaves_maps()) && after.stage == both;
-            let is_read = *to == shadow::PASS.place && before.stage == both;
+            let is_written = (*from == Endpoint::CLEAR || missing.leaves_maps()) && after.stage == both;
+            let is_read = *to == shadow::PASS.name && before.stage == both;
             is_written && missing.is_after(S::FRAGMENT_SHADER, A::empty())
                 || is_read && missing.is_before(S::COMPUTE_SHADER, A::empty())
         },
@@ -220,7 +220,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         is_about: |missing| {
             let Row { from, carrier, after, .. } = missing.row;
             let is_color = matches!(carrier, SyncKind::ImageBarrier(_, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL));
-            let is_cleared = *from == PassName::CLEAR && is_color;
+            let is_cleared = *from == Endpoint::CLEAR && is_color;
             let is_looked_up = after.stage == S::FRAGMENT_SHADER | S::COMPUTE_SHADER;
             is_cleared && is_looked_up && missing.is_after(S::COMPUTE_SHADER, A::SHADER_READ)
         },
@@ -236,7 +236,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
             let Row { from, carrier, after, .. } = missing.row;
             let is_color = matches!(carrier, SyncKind::ImageBarrier(_, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL));
             // Tints are drawn after their map, by another subpass.
-            let is_tint = *from == PassName::CLEAR && is_color || missing.leaves_maps() && *from != shadow::PASS.place;
+            let is_tint = *from == Endpoint::CLEAR && is_color || missing.leaves_maps() && *from != shadow::PASS.name;
             let is_lit_there = after.stage == S::FRAGMENT_SHADER && missing.plan.is_forward();
             is_tint && is_lit_there && missing.is_after(S::empty(), A::SHADER_READ)
         },
@@ -312,7 +312,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
             let is_depth = |change: &LayoutChange| change.image == Some(Resource::Target(Target::Depth));
             // The layer sees that tests follow a change of layout.
             let changes = || layout_changes(missing.plan, &table(missing.plan), missing.row);
-            let lights = missing.row.waiting.contains(&lighting::PASS.place);
+            let lights = missing.row.waiting.contains(&lighting::PASS.name);
             missing.enters() && !lights && is_test && !changes().iter().any(is_depth)
         },
         section: "Rasterization Order",
@@ -337,7 +337,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     },
     UnreportedMutants {
         seen_from: None,
-        is_about: |missing| missing.row.to == PassName::HOST,
+        is_about: |missing| missing.row.to == Endpoint::HOST,
         section: "Fences",
         says: "Signaling a fence and waiting on the host does not guarantee that the results of memory accesses will be visible to the host, \
                as the access scope of a memory dependency defined by a fence only includes device access",
@@ -361,7 +361,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
             let Row { carrier, to, before, .. } = missing.row;
             let is_drawn = carrier.is_render_pass();
             // Where GEOMETRY waits for the copy alone, the layer sees that nothing holds it back.
-            let is_alone = *to == geometry::PASS.place && before.stage == S::TRANSFER;
+            let is_alone = *to == geometry::PASS.name && before.stage == S::TRANSFER;
             let is_written = *carrier == SyncKind::ImageBarrier(vk::ImageLayout::UNDEFINED, vk::ImageLayout::GENERAL);
             let is_of_copy = missing.is_before(S::TRANSFER, A::empty()) && (is_drawn && !is_alone || is_written)
                 || missing.is_row() && is_drawn && before.stage == S::TRANSFER;
@@ -382,7 +382,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
             let follows_write = |row: &Row| row.before.access.contains(A::SHADER_WRITE);
             is_read
                 && is_about
-                && missing.begins_with(tonemap::PASS.place)
+                && missing.begins_with(tonemap::PASS.name)
                 && !table(missing.plan).of(missing.row.carrier).any(follows_write)
         },
         section: "Image Layout Transitions",
@@ -411,7 +411,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         seen_from: None,
         is_about: |missing| {
             let Row { carrier, to, after, .. } = missing.row;
-            let leaves = carrier.is_render_pass() && *to == PassName::OUTSIDE;
+            let leaves = carrier.is_render_pass() && *to == Endpoint::OUTSIDE;
             // A row with an access is one for the copy that follows.
             missing.is_row() && leaves && after.access.is_empty()
         },
@@ -422,7 +422,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     },
     UnreportedMutants {
         seen_from: None,
-        is_about: |missing| missing.is_from_outside() && missing.row.to == pyramid::PASS.place,
+        is_about: |missing| missing.is_from_outside() && missing.row.to == pyramid::PASS.name,
         section: "Synchronization and Cache Control",
         says: FEW_GUARANTEES,
         why: "the layer is right as long as OCCLUDERS is between the two: occluders-reuse waits for the stage of CULL, and occluders-to-pyramid for \
@@ -467,7 +467,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     UnreportedMutants {
         seen_from: None,
         is_about: |missing| {
-            let is_drawn = missing.is_from_outside() && missing.row.to == forward::PASS.place;
+            let is_drawn = missing.is_from_outside() && missing.row.to == forward::PASS.name;
             let is_of_depth = missing.is_before(S::LATE_FRAGMENT_TESTS, A::DEPTH_STENCIL_ATTACHMENT_WRITE);
             is_drawn && missing.plan.presented.is_some() && is_of_depth
         },
@@ -481,7 +481,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         is_about: |missing| {
             let Row { to, before, .. } = missing.row;
             // Where the light or the G-buffer is drawn by an earlier subpass of the render pass.
-            let firsts = [geometry::PASS.place, lighting::PASS.place, forward::PASS.place];
+            let firsts = [geometry::PASS.name, lighting::PASS.name, forward::PASS.name];
             let is_later = firsts.into_iter().any(|first| first != *to && missing.begins_with(first));
             let is_available = missing.is_before(S::empty(), A::COLOR_ATTACHMENT_WRITE);
             let is_of_last_frame = before.stage.contains(S::COLOR_ATTACHMENT_OUTPUT);

@@ -95,7 +95,7 @@ fn rows_are_across_samples_where_one_side_reads_them_all_and_both_draw_as_many()
         for row in table.iter() {
             let between = row.is_between_subpasses() && plan.msaa > 1;
             assert!(!row.across_samples || between, "{name}: {}", row.name);
-            let expected = between && row.to == lighting::PASS.place && row.from == geometry::PASS.place;
+            let expected = between && row.to == lighting::PASS.name && row.from == geometry::PASS.name;
             // Where the two draw different numbers of samples, a region is a pixel with all of them.
             let is_across = reads_all(row.to) && drawn(row.from) == drawn(row.to);
             assert!(!expected || row.across_samples == is_across, "{name}: {}", row.name);
@@ -135,7 +135,7 @@ fn a_dropped_dependency_of_a_render_pass_is_gone_and_a_dropped_barrier_orders_no
 fn a_bit_goes_with_what_only_it_supports() {
     let (_, plan) = samples::plans().into_iter().find(|(_, plan)| plan.has_geometry()).expect("a G-buffer");
     let table = table(&plan);
-    let row = table.find(RowName::Pair(geometry::PASS.place, lighting::PASS.place)).expect("a row");
+    let row = table.find(RowName::Pair(geometry::PASS.name, lighting::PASS.name)).expect("a row");
     let without = |side, stage, access| {
         table
             .without_bits(row.name, side, Use::new(stage, access))

@@ -6,7 +6,7 @@ use super::FrameStep;
 use afterlight::frame::DrawCounts;
 use afterlight::frame::list::StepList;
 use afterlight::gpu::vk;
-use afterlight::passes::PassName;
+use afterlight::passes::Endpoint;
 use afterlight::plan::{DEPTH, FramePlan, Gbuffer, ToneMapping, effects};
 use afterlight::scene::{Light, LightForm, LightPath, Resolve, Scene, View, counted};
 
@@ -75,7 +75,7 @@ impl FrameStep {
 }
 
 /// Describes a pass over the picture.
-fn effect(plan: &FramePlan, place: PassName) -> String {
+fn effect(plan: &FramePlan, place: Endpoint) -> String {
     let what = StepList::of(plan).passes_at(place).first().map_or("", |pass| pass.what);
     let mut letters = what.chars();
     letters.next().map_or_else(String::new, |first| format!("{}{}.", first.to_uppercase(), letters.as_str()))
