@@ -51,18 +51,18 @@ pub struct MissingRow {
     pub name: RowName,
     /// The content that its readers find.
     pub how: HazardPicture,
-    /// Decides how frames of a plan show it; `None` where no such picture would be honest. `afterlight_proof::simulation` has such a function.
+    /// Decides how frames of a plan show it; `None` where no such picture would be honest. The function is `afterlight_proof::simulation::simulation`.
     pub decide: fn(&FramePlan, RowName, HazardPicture) -> Option<Simulation>,
 }
 
 impl MissingRow {
-    /// The simulation for a plan, where it has one.
+    /// Decides how frames of a plan show it.
     pub(super) fn simulation(&self, plan: &FramePlan) -> Option<Simulation> {
         (self.decide)(plan, self.name, self.how)
     }
 }
 
-/// Two that differ in the function alone are equal.
+/// Compares rows and pictures, and no functions.
 impl PartialEq for MissingRow {
     fn eq(&self, other: &Self) -> bool {
         (self.name, self.how) == (other.name, other.how)

@@ -38,7 +38,7 @@ pub struct PerPixelPass {
 }
 
 impl PerPixelPass {
-    /// With a descriptor for each image that the pass touches.
+    /// Makes the pipeline, and a set with a descriptor for each image that the pass touches.
     pub fn new(own: &Making, (name, shader): (&str, &Variant), constants: &[(u32, u32)]) -> gpu::Result<Self> {
         let (device, images) = (own.device, own.images());
         let Some(entry) = shader.compute() else {

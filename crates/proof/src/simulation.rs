@@ -62,7 +62,7 @@ impl Stop {
                     draws: true,
                     draws_maps: name.draws_maps(),
                 })),
-                // Those after the picture are recorded beside the renderer's own part of a frame.
+                // Passes after the picture are recorded beside the renderer's own part of a frame.
                 Step::Commands(own) if own.pass.make.is_some() => {
                     let touches = own.pass.uses(plan);
                     all.push(Self { place: own.pass.name, touches, draws: false, draws_maps: false });
