@@ -1,7 +1,8 @@
 //! Afterlight: a deferred renderer on raw Vulkan. Geometry first, light after.
 //!
-//! Scene in, plan, frame, image out: [`scene`] describes the content, [`plan::FramePlan`] decides what frames of it need, and [`frame`] draws them.
-//! [ARCHITECTURE.md] is the map of the sources, and the book explains one frame from its [introduction] on:
+//! The renderer turns a scene into a plan, the plan into frames, and frames into images: [`scene`] describes the content, [`plan::FramePlan`] decides
+//! which work its frames need, and [`frame`] draws them. [ARCHITECTURE.md] is the map of the sources, and the book explains one frame from its
+//! [introduction] on:
 //!
 //! | Chapter | Goes with |
 //! |---|---|

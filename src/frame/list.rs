@@ -1,6 +1,6 @@
 //! The frame as a list: the passes of a plan's frames, in their order, and the ones that share a render pass.
 //!
-//! The order is written by hand: [`super::deferred`]. Its consequences are computed here: which passes share a render pass, the images and their usage, the
+//! The order is written by hand: [`super::deferred`]. This module derives the rest: which passes share a render pass, the images and their usage, the
 //! loads and stores of each render pass, and the layouts.
 
 mod check;
@@ -67,7 +67,7 @@ impl fmt::Display for RenderPassName {
 pub enum Step {
     /// A render pass with its subpasses, in their order.
     RenderPass(RenderPassName, Vec<Subpass>),
-    /// Outside of the frame's render passes: compute, copies, and passes that begin one of their own.
+    /// Commands outside the frame's render passes: compute, copies, and passes that begin their own render pass.
     Commands(Commands),
     /// Presentation shows the picture.
     Presentation,
@@ -79,14 +79,14 @@ pub enum Step {
 pub struct Subpass {
     /// The name by which rows know it.
     pub place: Endpoint,
-    /// In the order in which they draw.
+    /// Passes in the order in which they draw.
     pub passes: Vec<&'static Pass>,
-    /// Of all of them.
+    /// Resource uses of all passes.
     pub touches: Vec<ResourceUse>,
 }
 
 impl Subpass {
-    /// The samples that it draws of each pixel: its colour and depth attachments have the same number.
+    /// Samples per pixel: the colour and depth attachments have the same number.
     pub fn samples(&self, plan: &FramePlan) -> u32 {
         let drawn = self.touches.iter().find_map(|touch| match (touch.how, touch.resource) {
             (UseKind::Color { .. } | UseKind::Depth { .. }, Resource::Target(target)) => Some(plan.samples_of(target)),
@@ -98,7 +98,7 @@ impl Subpass {
 
 /// A pass with the barriers before and after it, by their rows.
 pub struct Commands {
-    /// Compute, a copy, or a pass that begins a render pass of its own.
+    /// Compute, a copy, or a pass that begins its own render pass.
     pub pass: &'static Pass,
     /// Frames in which the step is recorded; the others skip the pass and its barriers.
     pub when: Condition,
@@ -136,8 +136,8 @@ enum Planned {
     Split,
 }
 
-/// The steps of a plan's frames up to the picture. A render pass goes on as long as subpasses follow each other: a pass outside of render passes ends it, and so
-/// does a subpass that samples what it draws.
+/// The steps of a plan's frames up to the picture. Consecutive subpasses share a render pass. A pass outside of render passes ends it, and so does a
+/// subpass that samples what the render pass draws.
 pub(super) fn steps(plan: &FramePlan) -> Vec<Step> {
     let mut planned: Vec<Planned> = ORDER.iter().flat_map(|line| line.planned(plan)).collect();
     resolve_samples(plan, &mut planned);
@@ -177,7 +177,7 @@ pub(super) fn steps(plan: &FramePlan) -> Vec<Step> {
     steps
 }
 
-/// Returns true if a subpass goes on in the render pass of those that were drawn before it.
+/// Returns true if a subpass continues the render pass of the subpasses in `drawn`.
 fn joins(plan: &FramePlan, subpass: &Subpass, drawn: &[Subpass]) -> bool {
     let is_with_them = match plan.passes {
         Passes::Subpasses => true,
@@ -224,7 +224,7 @@ fn add_barriers(plan: &FramePlan, steps: &mut [Step]) {
     }
 }
 
-/// A subpass of those passes that the plan has; `None` where it has none of them.
+/// A subpass of the given passes that are in the plan; `None` if none of them is.
 fn subpass(plan: &FramePlan, place: Endpoint, passes: &[&'static Pass]) -> Option<Subpass> {
     let passes: Vec<_> = passes.iter().copied().filter(|pass| (pass.presence)(plan).is_in()).collect();
     let mut touches: Vec<ResourceUse> = Vec::new();
@@ -311,7 +311,7 @@ fn after_the_picture(plan: &FramePlan) -> Vec<Option<Step>> {
 }
 
 impl Step {
-    /// The same on the compute queue, where the plan has it.
+    /// Moves the step to the compute queue, if the plan uses one.
     fn beside(self, plan: &FramePlan) -> Self {
         match self {
             Self::Commands(own) if plan.computes_beside() => Self::Commands(Commands { queue: Queue::Compute, ..own }),
@@ -336,7 +336,7 @@ impl Step {
             Self::Presentation => {
                 vec![ResourceUse::new(shown(plan), UseKind::Presented, Use::END).in_frames_of(plan)]
             }
-            // Its images keep their layouts, and nothing reads or writes them.
+            // A hand-over keeps the images' layouts, and nothing reads or writes them.
             Self::HandOver(_) => Vec::new(),
         }
     }
@@ -379,7 +379,7 @@ impl StepList {
         self.0.iter().flat_map(Step::passes)
     }
 
-    /// The passes at a place: those of a subpass, or the one outside of render passes.
+    /// The passes at a place: all passes of a subpass, or the one pass outside of render passes.
     pub fn passes_at(&self, place: Endpoint) -> Vec<&'static Pass> {
         let subpass = self.render_passes().flat_map(|(_, subpasses)| subpasses).find(|own| own.place == place);
         match subpass {

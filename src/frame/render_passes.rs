@@ -43,9 +43,9 @@ struct DevicePass {
 
 /// The form in which a render pass of the list is recorded.
 enum PassForm {
-    /// An object of Vulkan's.
+    /// A Vulkan render pass object.
     Object(RenderPass, Framebuffers),
-    /// Rendering without one. The views are those of the swapchain's images.
+    /// Dynamic rendering, with the views of the swapchain's images.
     Rendering(Box<Rendering>, Vec<vk::ImageView>),
 }
 
@@ -57,16 +57,16 @@ struct MapPass {
 }
 
 enum MapForm {
-    /// With a framebuffer for each layer of the maps.
+    /// A render pass object, with a framebuffer for each layer of the maps.
     Object(RenderPass, Vec<Framebuffer>),
-    /// With the attachments of each layer.
+    /// Dynamic rendering, with the attachments of each layer.
     Rendering(Box<Rendering>, Vec<Vec<Rendered>>),
 }
 
 /// A render pass that can be recorded in a frame.
 pub enum BeginPass<'a> {
     Object(vk::RenderPassBeginInfo<'a>),
-    /// With the images of this frame, the clear values and the area.
+    /// Dynamic rendering, with this frame's images, the clear values and the area.
     Rendering(&'a Rendering, Vec<Rendered>, &'a [vk::ClearValue], vk::Rect2D),
 }
 
@@ -167,7 +167,7 @@ impl RenderPasses {
         self.passes.iter().find(|made| made.name == name)
     }
 
-    /// Returns what begins a render pass in this frame.
+    /// Returns the arguments that begin a render pass in this frame.
     pub fn begin(&self, frame: &FrameContext, name: RenderPassName) -> Option<BeginPass<'_>> {
         let made = self.find(name)?;
         match &made.form {
@@ -194,7 +194,7 @@ impl RenderPasses {
         }
     }
 
-    /// Returns what begins a render pass of shadow maps for one map, where the plan has maps.
+    /// Returns the arguments that begin a render pass of shadow maps for one map, if the plan has maps.
     pub fn begin_map(&self, name: RenderPassName, map: &MapRecording) -> Option<BeginPass<'_>> {
         let made = self.maps.iter().find(|made| made.name == name)?;
         let layer = map.view.tile.layer as usize;

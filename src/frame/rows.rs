@@ -53,9 +53,9 @@ pub enum SyncKind {
     BufferBarrier,
     /// A pipeline barrier on all memory.
     MemoryBarrier,
-    /// `vkQueueSubmit` itself, which orders the CPU's earlier writes before everything submitted ("Host Write Ordering Guarantees"): where memory is not
-    /// HOST_COHERENT, the writes that were flushed before it.
-    /// Two submissions are ordered only by rows that reach beyond one of them: those from and to OUTSIDE.
+    /// `vkQueueSubmit` itself, which orders the CPU's earlier writes before everything submitted ("Host Write Ordering Guarantees"): for memory that
+    /// is not HOST_COHERENT, the writes flushed before it. Two submissions are ordered only by rows from or to OUTSIDE, which reach beyond one of
+    /// them.
     Submission,
     /// The CPU waits for a submission's fence (a `Ticket`).
     Fence,
@@ -204,7 +204,7 @@ pub struct Row {
     /// `VK_DEPENDENCY_BY_REGION_BIT`: each pixel waits only for itself, and between subpasses of as many samples each sample. False outside of subpass
     /// dependencies.
     pub by_region: bool,
-    /// It would be by region, but one side reads samples of its pixel beside its own.
+    /// The row would be by region, but one side reads other samples of its pixel.
     pub across_samples: bool,
     /// The reason in a sentence, for `afterlight inspect` and its documentation.
     pub why: String,
@@ -220,7 +220,7 @@ pub enum Side {
 }
 
 impl Row {
-    /// The same with the layouts of a plan, and with the masks of its API.
+    /// Adapts the row to a plan: its layouts, and the masks of its API.
     fn in_frames_of(self, plan: &FramePlan) -> Self {
         let carrier = match self.carrier {
             SyncKind::ImageBarrier(old, new) => SyncKind::ImageBarrier(plan.layouts.of(old), plan.layouts.of(new)),
@@ -295,7 +295,7 @@ pub struct Rows {
 }
 
 impl Rows {
-    /// All rows in the order of a frame; those between the CPU and the device come last.
+    /// All rows in the order of a frame; rows between the CPU and the device come last.
     pub fn iter(&self) -> impl Iterator<Item = &Row> {
         self.rows.iter()
     }
@@ -355,8 +355,8 @@ impl Rows {
         }
     }
 
-    /// The same table without some bits of one side of a row. With a stage go the accesses that no other stage there supports. A side
-    /// without stages waits for nothing, or holds nothing back.
+    /// Returns a copy of the table without some bits of one side of a row. Removing a stage also removes the accesses that no other stage of that
+    /// side supports. A side without stages waits for nothing, or holds nothing back.
     ///
     /// # Errors
     /// When there is no such row, or it cannot be changed.
@@ -463,10 +463,10 @@ impl RowBuilder {
         Self(Row { resources, ..self.0 })
     }
 
-    /// Between two subpasses each pixel waits for itself alone. Where `reads_all`, invocations for one sample read the others of their pixel, so the row is
-    /// not by region: "If N equals M", with N samples a pixel on one side and M on the other, "then a framebuffer region containing a single (x, y, layer,
-    /// sample) coordinate in the first synchronization scope corresponds to a region containing the same sample at the same coordinate in the second"
-    /// (specification, "Framebuffer Region Dependencies").
+    /// A dependency between two subpasses is by region: each pixel waits only for itself. With `reads_all`, invocations for one sample read the other
+    /// samples of their pixel, so the row is not by region: "If N equals M", with N samples a pixel on one side and M on the other, "then a
+    /// framebuffer region containing a single (x, y, layer, sample) coordinate in the first synchronization scope corresponds to a region containing
+    /// the same sample at the same coordinate in the second" (specification, "Framebuffer Region Dependencies").
     fn between(self, is_between: bool, reads_all: bool) -> Self {
         Self(Row { by_region: is_between && !reads_all, across_samples: is_between && reads_all, ..self.0 })
     }

@@ -18,7 +18,7 @@ use crate::scene::Camera;
 pub enum HazardPicture {
     /// The content of the last frame.
     Stale,
-    /// In every second tile nothing is drawn yet.
+    /// Every second tile is not drawn yet.
     Torn,
     /// Nothing is drawn yet: the attachments have the values that they are cleared to.
     Cleared,
@@ -37,8 +37,8 @@ impl fmt::Display for HazardPicture {
     }
 }
 
-/// Degrees by which the camera turns from the last frame to a simulated one: a quick look to the side at 30 frames a second. By 2 degrees the fault is
-/// hard to see in a picture that rests.
+/// Degrees by which the camera turns from the last frame to a simulated one: a quick look to the side at 30 frames a second. The fault is hard to see
+/// in a still picture at 2 degrees.
 const TURN_DEGREES: f64 = 4.0;
 
 /// Tiles of a torn attachment, across and down: large enough to be seen, and few enough to record a pass once for each.

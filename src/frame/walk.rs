@@ -145,8 +145,8 @@ impl Frame {
         Some((earlier, self.rows.find(row)?.after.stage))
     }
 
-    /// Records one frame: each part into its command buffer, and PRESENT, where the plan has it, into that of the last, which is the frame's own. Times of other queues go to
-    /// the second of `times`.
+    /// Records one frame: each part into its command buffer, and PRESENT, if the plan has it, into the last one, which is the frame's own. Timestamps
+    /// of other queues go to the second of `times`.
     pub(super) fn record(
         &self,
         frame: &FrameContext,
@@ -208,7 +208,7 @@ impl Frame {
         }
     }
 
-    /// A half of the transfer of what two queues use. Its semaphore is a part of the submission.
+    /// Records one half of an ownership transfer between two queues. The semaphore belongs to the submission.
     fn hand_over(&self, frame: &FrameContext, own: &HandOver) {
         let Some(row) = self.rows.find(RowName::ownership(own.queues)) else { return };
         let image =

@@ -1,4 +1,4 @@
-//! ABERRATION: red and blue of the finished picture, drawn apart as a lens does. A render pass of its own, because each pixel reads others.
+//! ABERRATION: shifts red and blue of the finished picture apart, as a lens does. It needs a separate render pass, because each pixel reads others.
 
 use super::screen::RedrawPass;
 use super::{COLOR_WRITE, ContentsIfFirst, Endpoint, Pass, Presence, ResourceUse, SAMPLED, needed};

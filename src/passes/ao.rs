@@ -10,7 +10,7 @@ use crate::plan::{FramePlan, Target, VISIBILITY};
 use crate::scene::AmbientOcclusion;
 use crate::shaders::ao::{self as shader, Flags, constants};
 
-/// Reads depth and normals, those of its pixel and of others.
+/// Reads depth and normals of the pixel and of its neighbours.
 pub const GBUFFER_READ: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_READ);
 /// Writes every texel.
 pub const VISIBILITY_WRITE: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_WRITE);

@@ -1,4 +1,4 @@
-//! AO_DENOISE: the mean of AO's values over those pixels around each that lie in its plane, times the occlusion that the G-buffer has in the albedo's
+//! AO_DENOISE: the mean of AO's values over the coplanar pixels around each pixel, times the occlusion that the G-buffer stores in the albedo's
 //! alpha. LIGHTING and TILED read the product as they read the alpha without AO.
 
 use ash::vk;
@@ -14,7 +14,7 @@ use crate::shaders::ao_denoise::{self as shader, Flags, constants};
 const GBUFFER_READ: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_READ);
 /// Reads AO's values around its pixel.
 pub const VISIBILITY_READ: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_READ);
-/// Multiplies the occlusion of its own pixel.
+/// Multiplies its own pixel's occlusion.
 pub const ALBEDO_BLEND: Use = Use::new(
     vk::PipelineStageFlags2::COMPUTE_SHADER,
     vk::AccessFlags2::from_raw(vk::AccessFlags2::SHADER_READ.as_raw() | vk::AccessFlags2::SHADER_WRITE.as_raw()),

@@ -14,7 +14,7 @@ pub const COUNT: Use = Use::new(
     vk::AccessFlags2::from_raw(vk::AccessFlags2::SHADER_READ.as_raw() | vk::AccessFlags2::SHADER_WRITE.as_raw()),
 );
 
-/// Writes what the CPU will read.
+/// Writes the counts that the CPU will read.
 pub const FOUND_WRITE: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_WRITE);
 
 pub const PASS: Pass = Pass {

@@ -1,10 +1,10 @@
-//! BLOOM and SPREAD: light that spreads around where it comes from, by levels that are ever coarser. BLOOM takes the picture's light to half its
-//! size. SPREAD goes on to the widest level, and back up again, where each level takes its share of the wider ones' light. TONEMAP takes the
-//! picture's share of the first level.
+//! BLOOM and SPREAD: light that spreads around its source, by ever coarser levels. BLOOM takes the picture's light to half its size. SPREAD goes on
+//! to the widest level, and back up again, where each level takes its share of the wider ones' light. TONEMAP takes the picture's share of the first
+//! level.
 //!
-//! The levels are in single floats. Half floats would do for the eye, but a driver may truncate when it packs them, and a loss of 2^-11 at each step
-//! down and up is more than the energy may change. No light is weighed down for being bright, as Karis's average does against single bright pixels:
-//! that would lose energy, and here such a pixel spreads as all others do.
+//! The levels are in single floats. Half floats would be enough for the eye, but a driver may truncate when it packs them, and a loss of 2^-11 at
+//! each step down and up exceeds the allowed change of energy. Single bright pixels are not weighted down as in Karis's average: that would lose
+//! energy, and here a bright pixel spreads like any other.
 
 use std::sync::Arc;
 

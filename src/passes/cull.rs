@@ -1,5 +1,5 @@
-//! CULL: which opaque instances are in view, in which step of depth each of them is, and how many come before it in its group. The first of three
-//! passes by which the device finds out what is drawn: ARRANGE and FILL put it into the order in which the CPU would draw it.
+//! CULL: which opaque instances are in view, in which step of depth each of them is, and how many come before it in its group. It is the first of
+//! three culling passes on the device: ARRANGE and FILL put the visible instances into the order in which the CPU would draw them.
 
 use ash::vk;
 
@@ -12,7 +12,7 @@ use crate::shaders::cull::{self as shader, Flags};
 pub const LIST_READ: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_READ);
 /// Looks into the pyramid of depths.
 pub const PYRAMID_READ: Use = LIST_READ;
-/// Writes what it finds.
+/// Writes the visibility marks and counts.
 pub const MARK_WRITE: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_WRITE);
 
 pub const PASS: Pass = Pass {

@@ -12,7 +12,7 @@ pub const PASS: Pass = Pass {
         let why_not = if plan.shading.reads_gbuffer() { "not asked for" } else { "this view shades nothing" };
         Presence::when(plan.depth_prepass, "depth is drawn first, so that each pixel is shaded once", why_not)
     },
-    // Of attachments as the pass in whose subpass it draws.
+    // The pass whose subpass it draws in declares the attachments.
     touches: |plan| [frame_data()].into_iter().chain(meshes(plan)).collect(),
     leave_out: None,
     make: Some(|own| {

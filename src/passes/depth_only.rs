@@ -17,7 +17,7 @@ use crate::visible::Draw;
 type CullModeKey = (bool, bool);
 
 fn cull_key(key: &GeometryKey) -> CullModeKey {
-    // With both faces drawn, the winding of the front does not matter.
+    // Two-sided pipelines cull nothing, so the winding does not matter.
     (key.two_sided, key.mirrored && !key.two_sided)
 }
 

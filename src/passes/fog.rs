@@ -1,5 +1,5 @@
-//! FOG: the light that the air takes from each pixel's, and the light that it scatters to the eye, in a subpass of its own after the one that lights
-//! opaque surfaces.
+//! FOG: attenuates each pixel's light by the air, and adds the light that the air scatters to the eye, in a separate subpass after the one that
+//! lights opaque surfaces.
 
 use ash::vk;
 

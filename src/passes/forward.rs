@@ -10,7 +10,7 @@ use crate::gpu::{self, sync::Use};
 use crate::plan::FramePlan;
 use crate::shaders::forward::Flags;
 
-/// Clears, tests and writes depth, DEPTH before it in the same subpass too: early, and late where a mask may discard. Its store is a late
+/// Clears, tests and writes depth, as DEPTH does before it in the same subpass: early, and late if a mask may discard. The store operation is a late
 /// write.
 pub const DEPTH_TEST: Use = EARLY_DEPTH_READ.or(LATE_DEPTH_WRITE);
 /// Writes the light target; its clear is a write too.

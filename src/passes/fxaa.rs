@@ -1,4 +1,4 @@
-//! FXAA: edges of the finished picture, smoothed. A render pass of its own, because each pixel reads its neighbours.
+//! FXAA: edges of the finished picture, smoothed. It needs a separate render pass, because each pixel reads its neighbours.
 
 use super::screen::RedrawPass;
 use super::{COLOR_WRITE, ContentsIfFirst, Endpoint, Pass, Presence, ResourceUse, SAMPLED, needed};

@@ -40,10 +40,9 @@ pub const PASS: Pass = Pass {
 };
 
 fn touches(plan: &FramePlan) -> Vec<ResourceUse> {
-    // A location whose target the plan lacks stays empty. LIGHTING leaves out every pixel that is not written here, so nothing but what
-    // adds up is cleared.
-    // Except for AMBIENT, which finds its texels by normal, position and roughness: some drivers (lavapipe) filter several pixels in one way, which at a
-    // silhouette may be that of a pixel of which nothing was written.
+    // A location whose target the plan lacks stays empty. LIGHTING leaves out every pixel that is not written here, so only additive targets are
+    // cleared. AMBIENT is an exception, as it finds its texels by normal, position and roughness: some drivers (lavapipe) filter several pixels
+    // alike, and at a silhouette an unwritten pixel may decide how.
     let finds_texels = if plan.adds_ambient() { ContentsIfFirst::Clear } else { ContentsIfFirst::Undefined };
     let locations = [
         (0, Target::Albedo, ContentsIfFirst::Undefined, COLOR_WRITE),

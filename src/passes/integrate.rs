@@ -57,8 +57,8 @@ impl PassRecorder for IntegratePass {
     /// Runs outside any render pass, after SCATTER.
     fn record(&self, context: &FrameContext) {
         let (raw, cmd, point) = (&context.device.raw, context.cmd, vk::PipelineBindPoint::COMPUTE);
-        // SAFETY: `cmd` is being recorded outside a render pass; the set is of the layout, and the pass outlives the submission. The shader
-        // looks at no froxel beyond those of the plan and the slice after them.
+        // SAFETY: `cmd` is being recorded outside a render pass; the set is of the layout, and the pass outlives the submission. The shader looks at
+        // no froxel beyond the plan's grid and the slice after it.
         unsafe {
             raw.cmd_bind_pipeline(cmd, point, self.pipeline.raw);
             raw.cmd_bind_descriptor_sets(cmd, point, self.layout.raw, 0, &[context.frame_set], &[]);

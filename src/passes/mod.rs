@@ -127,7 +127,7 @@ use crate::plan::{FramePlan, IndexWidth, PresentTarget, Shading, Target, Texture
 use crate::shaders::Variant;
 use crate::visible::{Caster, MapDraw, Reprojection, ShadowView, Visible, World, WorldObject};
 
-/// Shaders read what the CPU wrote for their frame.
+/// Shaders read the CPU's data for their frame.
 pub const FRAME_READ: Use = Use::new(
     vk::PipelineStageFlags2::from_raw(
         vk::PipelineStageFlags2::VERTEX_SHADER.as_raw()
@@ -175,7 +175,7 @@ const INPUT_READ: Use = Use::new(vk::PipelineStageFlags2::FRAGMENT_SHADER, vk::A
 /// Samples images while shading fragments.
 const SAMPLED: Use = Use::new(vk::PipelineStageFlags2::FRAGMENT_SHADER, vk::AccessFlags2::SHADER_SAMPLED_READ);
 
-/// The reason why a pass over what a window shows is not there.
+/// Reason for the absence of passes over a window's picture.
 pub(crate) const NO_WINDOW: &str = "no window";
 
 /// Reads the frame's camera and lights.
@@ -209,7 +209,7 @@ fn culled(plan: &FramePlan) -> Option<ResourceUse> {
     })
 }
 
-/// Looks shadow maps up, where there are some, and their tints.
+/// Looks up shadow maps and their tints, if the plan has them.
 fn maps(plan: &FramePlan, uses: Use) -> impl Iterator<Item = ResourceUse> {
     let depth = ResourceUse::resource(Resource::SHADOW_MAPS, uses).because("loads any texel of the shadow maps");
     let tints = ResourceUse::resource(Resource::SHADOW_TINTS, uses).because("names their tints");
@@ -333,7 +333,7 @@ pub struct Tile {
 }
 
 impl Tile {
-    /// Its part of an area. The tiles of a grid cover the area without a gap and without an overlap.
+    /// The part of an area that the tile covers. The tiles of a grid cover the area without a gap and without an overlap.
     pub fn within(self, area: vk::Rect2D) -> vk::Rect2D {
         let edge = |at: u32, of: u32, length: u32| (u64::from(at) * u64::from(length) / u64::from(of)) as u32;
         let lengths = [area.extent.width, area.extent.height];
@@ -397,9 +397,9 @@ pub struct FrameContext<'a> {
     pub between: &'a dyn Fn(),
     /// The frame's own index buffer with [`Visible::sorted_indices`], where the plan sorts triangles.
     pub sorted: Option<(vk::Buffer, vk::IndexType)>,
-    /// The tile that is drawn alone, where a torn attachment is simulated.
+    /// The only tile to draw, if a torn attachment is simulated.
     pub tile: Option<Tile>,
-    /// The same frame as the camera of the last one saw it, where stale content is simulated.
+    /// This frame as seen by the last frame's camera, if stale content is simulated.
     pub earlier: Option<&'a FrameContext<'a>>,
 }
 
@@ -482,20 +482,20 @@ enum Indices {
 struct MeshDraws<'a> {
     context: &'a FrameContext<'a>,
     streams: &'a [u32],
-    /// Into shadow maps.
+    /// True for draws into shadow maps.
     casters: bool,
     bound: Option<Indices>,
-    /// The vertex buffers that are bound are those of deformed objects.
+    /// True if the bound vertex buffers belong to deformed objects; none if no buffers are bound.
     deformed: Option<bool>,
 }
 
 impl<'a> MeshDraws<'a> {
-    /// With these vertex streams, which the first draw binds: where nothing is drawn, nothing is bound.
+    /// Starts draws with these vertex streams. The first draw binds them, so without a draw nothing is bound.
     fn new(context: &'a FrameContext<'a>, streams: &'a [u32]) -> Self {
         Self { context, streams, casters: false, bound: None, deformed: None }
     }
 
-    /// The same of casters.
+    /// Starts draws of casters.
     fn of_casters(context: &'a FrameContext<'a>, streams: &'a [u32]) -> Self {
         Self { casters: true, ..Self::new(context, streams) }
     }

@@ -1,5 +1,5 @@
-//! OCCLUDERS: depth of the largest objects in view, from which PYRAMID and CULL find out what they hide. They are drawn again among the
-//! others; the CPU chooses them by the size of their boxes in the picture, so that nothing depends on what was drawn before.
+//! OCCLUDERS: depth of the largest objects in view, from which PYRAMID and CULL find the objects behind them. Later passes draw these objects again
+//! with all others. The CPU chooses them by the size of their boxes in the picture, so that the choice does not depend on earlier frames.
 
 use super::depth_only::DepthOnly;
 use super::{
@@ -26,7 +26,7 @@ pub const PASS: Pass = Pass {
     make: Some(|own| Ok(Box::new(OccludersPass(DepthOnly::new(own, "occluders", 0)?)))),
 };
 
-/// The pass, in a render pass of its own.
+/// The pass, which has a separate render pass.
 pub struct OccludersPass(DepthOnly);
 
 impl PassRecorder for OccludersPass {

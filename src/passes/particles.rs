@@ -24,7 +24,7 @@ pub const STATE_READ: Use =
     Use::new(vk::PipelineStageFlags2::VERTEX_SHADER, vk::AccessFlags2::SHADER_READ).or(LAST_READ);
 /// Reads it last.
 pub const LAST_READ: Use = Use::new(vk::PipelineStageFlags2::FRAGMENT_SHADER, vk::AccessFlags2::SHADER_READ);
-/// Reads the depth of its own pixel, to fade before it.
+/// Reads the pixel's depth, to fade particles out close to the surface.
 pub const DEPTH_READ: Use = INPUT_READ;
 
 pub const PASS: Pass = Pass {
@@ -121,7 +121,7 @@ impl ParticlePass {
 }
 
 impl PassRecorder for ParticlePass {
-    /// Draws those that are alive. Runs inside its subpass.
+    /// Draws the living particles. Runs inside its subpass.
     fn record(&self, context: &FrameContext) {
         let count = context.visible.emitters.count + u32::from(self.counts);
         if count == 0 {
@@ -141,10 +141,10 @@ impl PassRecorder for ParticlePass {
     }
 }
 
-/// Binding of the particles; that of their order is the next.
+/// Binding of the particles; their order has the next binding.
 const STATES: u32 = 0;
 
-/// The addend of a layer where layers are counted: 1 in a linear picture, and in others a value of which 64 make white.
+/// The value that each layer adds when layers are counted: 1 in a linear picture, otherwise 1/64 of white.
 fn layer(plan: &FramePlan) -> f32 {
     match plan.tone_mapping {
         ToneMapping::AfterFrames(_) | ToneMapping::Absent => 1.0,
@@ -193,7 +193,7 @@ fn described<'a>(
     Ok((layout, pool, set))
 }
 
-/// A texture for each binding of the shader: where there are fewer, the last one again.
+/// A texture for each binding of the shader; missing ones repeat the last.
 fn views(textures: &Sheets) -> Vec<vk::ImageView> {
     let own: Vec<_> = textures.views().collect();
     own.iter().chain(std::iter::repeat_with(|| &own[own.len() - 1])).take(MOST_TEXTURES).copied().collect()

@@ -27,7 +27,7 @@ pub const PASS: Pass = Pass {
         };
         Presence::when(plan.adds_lights(), why, "no light is drawn by itself")
     },
-    // Of attachments as LIGHTING, in whose subpass it draws.
+    // LIGHTING, whose subpass it draws in, declares the attachments.
     touches: |plan| {
         plan.uploads.volumes.then_some(ResourceUse::resource(Resource::Vertices, VERTEX_READ)).into_iter().collect()
     },
@@ -98,7 +98,7 @@ impl PerLightPass {
 impl PassRecorder for PerLightPass {
     /// Adds the lights. Runs inside LIGHTING's subpass, after its triangle.
     fn record(&self, context: &FrameContext) {
-        // Where no opaque surface is seen, every depth is that of the sky, which no light passes.
+        // Without opaque surfaces in view, every depth is the sky's, and no light passes the depth test.
         if context.visible.draws.is_empty() && context.culling.is_none() {
             return;
         }

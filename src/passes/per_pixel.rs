@@ -54,12 +54,12 @@ impl PerPixelPass {
         Ok(Self { name: name.to_owned(), group: [across, down], layout, pipeline, set_layout, pool, set })
     }
 
-    /// For so many texels across and down. Runs outside any render pass.
+    /// Dispatches an invocation for each of `size` texels. Runs outside any render pass.
     pub fn dispatch(&self, context: &FrameContext, size: [u32; 2]) {
         let (raw, cmd, point) = (&context.device.raw, context.cmd, vk::PipelineBindPoint::COMPUTE);
         let [across, down] = std::array::from_fn(|axis| size[axis].div_ceil(self.group[axis]));
-        // SAFETY: `cmd` is being recorded outside a render pass; the sets are those of the layout, and the pass owns its own and outlives the
-        // submission. The shader looks at no texel outside its images.
+        // SAFETY: `cmd` is being recorded outside a render pass; the sets match the layout, and the pass owns its own and outlives the submission.
+        // The shader looks at no texel outside its images.
         unsafe {
             raw.cmd_bind_pipeline(cmd, point, self.pipeline.raw);
             raw.cmd_bind_descriptor_sets(cmd, point, self.layout.raw, 0, &[context.frame_set, self.set], &[]);

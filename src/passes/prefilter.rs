@@ -83,7 +83,7 @@ struct PrefilterDispatch<'a> {
     push: PrefilterPush,
 }
 
-/// Fills what a sky lights by, in a submission of its own; nothing is waited for.
+/// Fills the maps of the sky's light, in a separate submission; does not wait for it.
 ///
 /// # Errors
 /// When there is no memory for it, or the device is lost.
@@ -146,7 +146,7 @@ pub fn submit(device: &Arc<Device>, sky: &SkyMaps, plan: &SkyPlan, order: Prefil
         work.record(device, (&pool, readable), sky, cmd.raw)?;
     }
     for image in images {
-        // Surfaces sample what it wrote.
+        // Surfaces sample the results.
         barrier::image_barrier(device, cmd.raw, image, order.readable, [general, readable]);
     }
     device.end_label(cmd.raw);

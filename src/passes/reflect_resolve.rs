@@ -1,5 +1,5 @@
-//! REFLECT_RESOLVE: adds the findings of a pixel's rays and of those around it, weighted by the pixel's lobe, to its light. They replace the sky's
-//! and the ambient light that the pixel has for this share of the lobe.
+//! REFLECT_RESOLVE: adds the light found by the rays of a pixel and of its neighbours to the pixel's light, weighted by its lobe. It replaces the sky
+//! light and the ambient light that the pixel has for this share of the lobe.
 
 use ash::vk;
 
@@ -9,13 +9,13 @@ use crate::gpu::sync::Use;
 use crate::plan::{FramePlan, RAYS, Target};
 use crate::shaders::reflect_resolve::{self as shader, Flags, constants};
 
-/// Reads the G-buffer of its pixel, and the depth of those around it.
+/// Reads the G-buffer at the pixel, and the depth of neighbouring pixels.
 pub const GBUFFER_READ: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_READ);
-/// Reads the hits of the rays of its pixel and of those around it.
+/// Reads the ray hits of the pixel and of its neighbours.
 pub const RAYS_READ: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_READ);
 /// Samples the light that surfaces collect of the sky.
 pub const SKY_READ: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_READ);
-/// Adds to the light of its own pixel.
+/// Adds to the pixel's light.
 pub const LIGHT_BLEND: Use = Use::new(
     vk::PipelineStageFlags2::COMPUTE_SHADER,
     vk::AccessFlags2::from_raw(vk::AccessFlags2::SHADER_READ.as_raw() | vk::AccessFlags2::SHADER_WRITE.as_raw()),

@@ -65,8 +65,8 @@ impl PassRecorder for ScatterPass {
     fn record(&self, context: &FrameContext) {
         let (raw, cmd, point) = (&context.device.raw, context.cmd, vk::PipelineBindPoint::COMPUTE);
         let [across, down, deep] = self.groups;
-        // SAFETY: `cmd` is being recorded outside a render pass; the sets are those of the layout, and the pass outlives the submission. The
-        // shader writes no froxel beyond those of the plan, for which the buffer has room.
+        // SAFETY: `cmd` is being recorded outside a render pass; the sets are those of the layout, and the pass outlives the submission. The shader
+        // writes no froxel beyond the plan's grid, for which the buffer has room.
         unsafe {
             raw.cmd_bind_pipeline(cmd, point, self.pipeline.raw);
             raw.cmd_bind_descriptor_sets(cmd, point, self.layout.raw, 0, &[context.frame_set], &[]);

@@ -1,4 +1,4 @@
-//! SHADOW: depth maps of lights. Each map that is to be drawn has a render pass of its own.
+//! SHADOW: depth maps of lights. Each map to be drawn has a separate render pass.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -63,12 +63,12 @@ const _: () = {
     assert!(offset_of!(ShadowPush, uv_rows) == wgsl::UV_X);
 };
 
-/// All that sets one pipeline of the pass apart from another.
+/// Key of the pass's pipelines.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct CasterKey {
-    /// Its texture cuts holes.
+    /// The material's texture cuts holes.
     masked: bool,
-    /// So does the alpha of its vertices, or the texture lies on it in another way than as its first coordinates say.
+    /// Vertex alpha cuts holes too, or the texture is not mapped by the first set of coordinates as it is.
     extras: Extras,
     /// Only faces that are turned to the light cast.
     front: bool,
@@ -91,7 +91,7 @@ impl CasterKey {
         }
     }
 
-    /// Its pipeline has a fragment stage.
+    /// Returns true if the pipeline needs a fragment stage.
     fn has_holes(self) -> bool {
         self.masked || self.extras.any()
     }
@@ -100,15 +100,15 @@ impl CasterKey {
 /// The pass: a pipeline for each kind of caster.
 pub struct ShadowPass {
     plain_layout: Owned<vk::PipelineLayout>,
-    /// For casters with holes of a texture, where the scene has some.
+    /// Layout for casters with holes in their texture, if the scene has any.
     masked_layout: Option<Owned<vk::PipelineLayout>>,
     pipelines: BTreeMap<CasterKey, Owned<vk::Pipeline>>,
-    /// Scales the slope bias, which the settings of each frame say.
+    /// Scales the slope bias, which each frame's settings give.
     bias_scale: f32,
     clamp: bool,
 }
 
-/// A layer of the maps: the drawn square is cleared, the rest of the layer stays. Between passes it is readable.
+/// A layer of the maps: the drawn square is cleared, the rest of the layer stays. The map is readable between passes.
 pub fn attachment() -> vk::AttachmentDescription {
     vk::AttachmentDescription::default()
         .format(DEPTH)

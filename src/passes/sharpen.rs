@@ -40,7 +40,7 @@ pub struct SharpenPass {
     screen: Screen,
     layout: SetLayout,
     pool: DescriptorPool,
-    /// Of frames in flight, by their places.
+    /// Descriptor sets of the frames in flight, by frame index.
     sets: [vk::DescriptorSet; 2],
 }
 

@@ -1,4 +1,4 @@
-//! SIMULATE: where each particle of the frame is, what it looks like and how it is lit, by compute.
+//! SIMULATE: computes the position, look and light of each particle in this frame.
 
 use std::sync::Arc;
 
@@ -72,7 +72,7 @@ const _: () = {
     assert!(offset_of!(EmitterRecord, emissions) == wgsl::EMISSIONS);
 };
 
-/// Its output: one of each for all frames in flight.
+/// Output of the pass, shared by all frames in flight.
 struct ParticleBuffers {
     states: Buffer,
     /// The keys, if particles are sorted.

@@ -65,7 +65,7 @@ type SortDispatch = (bool, SortPush);
 /// The pass.
 pub struct SortPass {
     layout: Owned<vk::PipelineLayout>,
-    /// Over all keys, and within blocks.
+    /// Pipelines over all keys, and within blocks.
     pipelines: [Owned<vk::Pipeline>; 2],
     set: vk::DescriptorSet,
     _set_layout: SetLayout,
@@ -88,7 +88,8 @@ impl SortPass {
 }
 
 impl PassRecorder for SortPass {
-    /// Sorts the first so many keys, a power of two. `between` records the barrier before each step but the first. Runs outside any render pass.
+    /// Sorts the first `sort_places(count)` keys, a power of two. `between` records the barrier before each step except the first. Runs outside any
+    /// render pass.
     fn record(&self, context: &FrameContext) {
         let count = context.visible.emitters.count;
         if count == 0 {

@@ -76,7 +76,7 @@ struct BoundState {
 
 /// A pipeline for each [`GeometryKey`] of a pass.
 pub struct SurfacePipelines {
-    /// By the textures that a pipeline samples.
+    /// Pipeline layouts, by the textures that a pipeline samples.
     layouts: BTreeMap<SetForm, Owned<vk::PipelineLayout>>,
     pipelines: BTreeMap<GeometryKey, Owned<vk::Pipeline>>,
     /// True if surfaces are lit with shadows as they are drawn.
@@ -94,8 +94,8 @@ pub struct SurfacePipelines {
 }
 
 impl SurfacePipelines {
-    /// No pipelines yet, but the layouts of those that the pass of this `name` has for `keys`. `layouts` are those of set 0 and, for passes
-    /// that light what they draw, of set 2.
+    /// Makes the pipeline layouts that the pass `name` needs for `keys`, without pipelines yet. `layouts` has set 0 and, for passes that also light
+    /// surfaces, set 2.
     pub fn new(
         device: &Arc<Device>,
         plan: &FramePlan,
@@ -147,12 +147,12 @@ impl SurfacePipelines {
         })
     }
 
-    /// The same for the surfaces that are lit once more.
+    /// Variant for the surfaces that are lit once more.
     pub fn relighting(self) -> Self {
         Self { relights: true, ..self }
     }
 
-    /// The key of the pipeline that draws an object; `None` where it is not drawn.
+    /// The key of the pipeline that draws an object; `None` if the object is not drawn.
     fn key_of(&self, object: &WorldObject) -> Option<GeometryKey> {
         if self.relights { object.key.relit(object.relit) } else { Some(object.key) }
     }
@@ -166,8 +166,8 @@ impl SurfacePipelines {
         self.pipelines.insert(key, pipeline);
     }
 
-    /// Draws instances in this order. Runs inside the subpass of the pipelines. A draw takes the mesh's indices from the scene's
-    /// buffer, or as many from the frame's sorted ones where it has a place in them.
+    /// Draws instances in this order. Runs inside the subpass of the pipelines. A draw takes the mesh's indices from the scene's buffer, or the same
+    /// number from the frame's sorted ones if it has a first index there.
     pub fn record<'a>(&self, context: &FrameContext, draws: impl Iterator<Item = (&'a Draw, Option<u32>)>) {
         context.set_area();
         let mut meshes = MeshDraws::new(context, &self.streams);
@@ -319,13 +319,13 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// For surfaces that are not summed up with weights.
+    /// Limits for surfaces that are not blended by weight.
     pub fn unweighted(largest: f32, highlight: f32) -> Self {
         Self { largest, highlight, weight: 1.0, least: 1.0, peak: 1.0 }
     }
 }
 
-/// A pipeline that lights what it draws.
+/// A pipeline that lights the surfaces that it draws.
 pub fn lit_pipeline(
     device: &Arc<Device>,
     plan: &FramePlan,
@@ -450,7 +450,7 @@ fn lit_constants(plan: &FramePlan, key: GeometryKey, desc: &LitDesc) -> Vec<(u32
         (constants::PEAK, limits.peak.to_bits()),
     ]
     .into_iter()
-    // Before opaque surfaces the air is drawn by itself.
+    // FOG draws the air in front of opaque surfaces.
     .chain(air_constants!(plan, opacity != Opacity::Hides))
     .chain(sky_constants!(plan))
     .collect()

@@ -81,9 +81,9 @@ const _: () = {
     assert!(offset_of!(TaaPush, flags) == shader::push::FLAGS && offset_of!(TaaPush, exposed) == shader::push::EXPOSED);
 };
 
-/// The pass, and the histories of two frames: each reads that of the other.
+/// The pass, and the histories of two frames: each frame reads the other's history.
 pub struct TaaPass {
-    /// Of frames in flight, by their places.
+    /// Histories of the frames in flight, by frame index.
     pub histories: [Buffer; 2],
     layout: Owned<vk::PipelineLayout>,
     pipeline: Owned<vk::Pipeline>,

@@ -28,12 +28,12 @@ use crate::visible::World;
 pub const GBUFFER_READ: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_READ);
 /// Writes every pixel of the output.
 pub const OUTPUT_WRITE: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_WRITE);
-/// Looks up vertices, indices and textures of the surface in a pixel, where there is no G-buffer.
+/// Looks up vertices, indices and textures of a pixel's surface, if there is no G-buffer.
 pub use crate::gpu_scene::LOOK_UP;
 /// Loads from the shadow map.
 pub const MAP_READ: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_READ);
 
-/// Bindings of emissive light and of the output, after those of the G-buffer (`shaders/tiled.wgsl`).
+/// Bindings of emissive light and of the output, after the G-buffer's bindings (`shaders/tiled.wgsl`).
 pub const EMISSIVE: u32 = 6;
 const OUTPUT: u32 = 7;
 
@@ -66,7 +66,7 @@ pub const PASS: Pass = Pass {
     }),
 };
 
-/// The meshes and textures of the surfaces in pixels, where there is no G-buffer.
+/// The meshes and textures of visible surfaces, if there is no G-buffer.
 fn looked_up(plan: &FramePlan) -> impl Iterator<Item = ResourceUse> {
     let (is_any, uploads) = (plan.triangles.is_some(), plan.uploads);
     [
@@ -146,7 +146,7 @@ pub struct TiledPass {
 pub type StoredTarget = (u32, vk::ImageView, vk::ImageLayout);
 
 impl TiledPass {
-    /// `stored` are the views of the G-buffer, `output` that of the picture.
+    /// `stored` are the views of the G-buffer, and `output` is the picture's view.
     pub fn new(
         device: &Arc<Device>,
         plan: &FramePlan,

@@ -111,7 +111,7 @@ struct TintKey {
 
 struct TintPass {
     plain_layout: Owned<vk::PipelineLayout>,
-    /// For surfaces with a texture; none where no surface has one.
+    /// Layout for surfaces with a texture; none if no surface has one.
     textured_layout: Option<Owned<vk::PipelineLayout>>,
     pipelines: BTreeMap<TintKey, Owned<vk::Pipeline>>,
     brdf_override: Option<Brdf>,

@@ -13,7 +13,7 @@ use crate::gpu::{self, Device, sync::Use};
 use crate::plan::FramePlan;
 use crate::shaders::tone::{self as shader, Flags, constants};
 
-/// Multiplies what is in the picture.
+/// Multiplies the picture's light.
 pub const PICTURE_BLEND: Use = COLOR_BLEND;
 
 pub const PASS: Pass = Pass {

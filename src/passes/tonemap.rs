@@ -47,12 +47,12 @@ pub const PASS: Pass = Pass {
 pub struct TonemapPass {
     screen: Screen,
     pub inputs: InputSet,
-    /// Light to add, where there is some.
+    /// Spread light to add, if the plan has it.
     spread: Option<SpreadLight>,
 }
 
 impl TonemapPass {
-    /// Its inputs are the HDR target, and spread light where the plan has it.
+    /// Binds the HDR target, and spread light if the plan has it.
     fn new(own: &Making) -> gpu::Result<Self> {
         let &Making { device, plan, .. } = own;
         let (curve, kept) = match plan.tone_mapping {

@@ -1,8 +1,8 @@
-//! VELOCITY: the movement on the picture, since the frame before, of opaque surfaces that move by themselves. For all others TAA works it out from
-//! depth and the two cameras. Objects that have not moved since are not drawn.
+//! VELOCITY: screen-space motion vectors, since the previous frame, of opaque surfaces that move by themselves. TAA computes the motion of all other
+//! surfaces from depth and the two cameras. Objects that have not moved are not drawn.
 //!
-//! It draws where depth is equal to that of the finished picture, so that it looks up no mask. Other objects with vectors are drawn in the same
-//! subpass, or in one behind it.
+//! It draws with an EQUAL test against the finished picture's depth, so it needs no alpha mask. Other objects with vectors are drawn in the same
+//! subpass or a later one.
 
 use std::collections::BTreeMap;
 

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use crate::chapter::{Chapter, folder, project};
 use crate::sessions::blesses;
 
-/// The widest picture, in pixels, and the most bytes that those of a chapter take: they are kept for ever.
+/// The largest width of a picture in pixels, and the most bytes that a chapter's pictures may take, since the repository keeps them for ever.
 const WIDEST: u32 = 480;
 const LARGEST_CHAPTER: u64 = 700_000;
 
@@ -20,7 +20,7 @@ const READ_ONLY: [&str; 2] = ["introduction", "one-line"];
 /// A listing in a chapter: a line `<!-- listing: PATH:ANCHOR -->`, and the fence below it.
 #[derive(Debug, PartialEq, Eq)]
 struct Listing {
-    /// From the chapter.
+    /// The path that the mark in the chapter names.
     path: String,
     anchor: Option<String>,
     /// The lines within the fence, counted from 0.
@@ -144,7 +144,7 @@ fn every_listing_is_code_of_the_project_and_every_anchor_is_shown() {
             if source.ends_with("tests/book/text.rs") {
                 continue;
             }
-            // With some of the chapters only, an anchor may be shown by another.
+            // If only some chapters are tried, a chapter that is left out may show the anchor.
             let is_shown = shown.get(&source).is_some_and(|anchors| anchors.contains(anchor));
             if !is_shown && std::env::var_os("AFTERLIGHT_BOOK").is_none() {
                 wrong.push(format!("{} has the anchor {anchor}, which no chapter shows", source.display()));

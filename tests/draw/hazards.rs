@@ -95,7 +95,7 @@ fn the_halls_main_rows_show_stale_torn_and_cleared_content_and_frames_are_whole_
     });
 }
 
-/// The same walk draws all of these.
+/// The walk of `src/frame/walk.rs` records all of these frames, too.
 #[test]
 fn other_ways_to_carry_and_to_light_a_frame_show_hazards_as_well() {
     on_gpu_in_both_modes(|gpu| {
@@ -125,7 +125,7 @@ fn other_ways_to_carry_and_to_light_a_frame_show_hazards_as_well() {
     });
 }
 
-/// Where a frame is averaged with those before, none of the simulated ones stays in the mean.
+/// TAA's average begins anew after a simulation, so no simulated frame stays in the mean.
 #[test]
 fn averages_over_time_begin_anew() {
     on_gpu_in_both_modes(|gpu| {

@@ -1,7 +1,7 @@
 //! Every dependency is needed: without any one row of the table, or any one bit of a row, the validation layer complains. Where it is silent,
 //! `afterlight_lab::mutants::unreported` argues from the specification, and is held against the layer here.
 //!
-//! Each mutant is a renderer of its own that draws a few small frames (`afterlight_lab::mutants::experiment`), in both modes of the layer's shader
+//! Each mutant is a separate renderer that draws a few small frames (`afterlight_lab::mutants::experiment`), in both modes of the layer's shader
 //! heuristic (`afterlight_lab::mutants`). `afterlight_lab::mutants::older` lists the mutants that layers before 1.4.309 miss besides.
 
 use std::collections::{BTreeMap, BTreeSet};

@@ -90,14 +90,14 @@ impl Different {
         let idle: Vec<_> =
             idle.iter().map(|(part, names)| format!("{part}: {}, as {}", names.len(), names[0])).collect();
         assert!(hazards.is_empty(), "{} hazards:\n{}", hazards.len(), hazards[..hazards.len().min(30)].join("\n"));
-        // A pass waits for what it uses, whether another row happens to order it or not. If that were much, the look-up of predecessors would be too coarse.
+        // A pass waits for everything that it uses, whether another row happens to order it or not. If many parts were idle, the look-up of
+        // predecessors would be too coarse.
         assert!(idle_parts * 8 < all, "{idle_parts} of {all} parts of rows order nothing:\n{}", idle.join("\n"));
     }
 }
 
 /// TILED looks up data that was copied, and waits for the copy through GEOMETRY: the upload's barrier makes GEOMETRY wait, and the render pass's
-/// dependency makes TILED wait. The layer of Debian 13 follows such a chain for attachments and not for buffers, so the barrier names TILED's reads
-/// as well.
+/// dependency makes TILED wait. Debian 13's layer follows this chain for attachments and not for buffers, so the barrier names TILED's reads as well.
 fn is_for_the_layer(plan: &FramePlan, row: &Row, part: RowPart) -> bool {
     let reads = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_READ);
     let is_read = match part {

@@ -201,7 +201,7 @@ fn described(row: &Row, hazards: &[Hazard], is_verbose: bool) -> String {
 
 /// A row for each dependency.
 fn all(workload: &Workload, variation: &SettingsPatch, args: &DeviceArgs) -> Result<String, Failure> {
-    // With its heuristic the layer knows all accesses that it knows without, and those of shaders besides.
+    // With its heuristic the layer knows every access that it knows without, and the accesses of shaders besides.
     let own = match DropExperiment::open(workload, variation, args, true)? {
         Some(own) => own,
         None => DropExperiment::open(workload, variation, args, false)?
@@ -226,7 +226,7 @@ fn all(workload: &Workload, variation: &SettingsPatch, args: &DeviceArgs) -> Res
         by_rules += u32::from(!words.is_empty());
         by_layer += u32::from(!found.messages.is_empty());
         changed += u32::from(is_other);
-        // Without the prefix of all such rules.
+        // Rules are printed without their common prefix.
         let short = |rule: &str| {
             ["SYNC-HAZARD-", "DrawState-"].iter().find_map(|start| Some(rule.split_once(start)?.1.to_owned()))
         };

@@ -19,7 +19,7 @@ pub enum Exit {
     Improved,
     /// The work was done, and a check on it failed.
     FailedCheck,
-    /// The command line cannot be understood or asks for what does not exist.
+    /// The command line cannot be understood or asks for something that does not exist.
     Usage,
     /// An input cannot be used, this device cannot hold it, or the output cannot be written.
     BadInput,
@@ -77,12 +77,12 @@ impl Failure {
         Self::new(Exit::Usage, message)
     }
 
-    /// The same with the place in the input that is to blame.
+    /// Adds the place in the input that is to blame.
     pub fn with_place(self, place: &str) -> Self {
         Self { message: format!("{} ({place})", self.message), ..self }
     }
 
-    /// The same with another exit code.
+    /// Sets another exit code.
     #[cfg(feature = "ci")]
     pub fn with_exit(self, exit: Exit) -> Self {
         Self { exit: Some(exit), ..self }
@@ -138,7 +138,7 @@ impl Failure {
         let general = || lacks_name.then(|| "--help lists the options and their values".to_owned());
         match tip.or_else(|| missing_option(error)).or_else(general) {
             Some(hint) => failure.with_hint(hint),
-            // The message has said what is wrong with the value.
+            // The message has said why the value is wrong.
             None => failure,
         }
     }

@@ -161,7 +161,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Does what the command line says.
+/// Runs the command line's command.
 fn run() -> Result<(), Failure> {
     memory::give_back_large_pieces();
     let cli = match Cli::try_parse() {

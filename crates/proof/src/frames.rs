@@ -39,7 +39,7 @@ struct Turn {
     split: bool,
     copied: bool,
     covered: bool,
-    /// With a texture that is new.
+    /// The panel over the picture has a new texture.
     has_new_panel: bool,
     /// Nothing is drawn: PRESENT copies the picture of the frame before once more.
     again: bool,
@@ -81,11 +81,11 @@ pub(super) fn program(plan: &FramePlan, rows: &Rows) -> Program {
     frames.program
 }
 
-/// Each frame after one with and without a copy, and of a window's each with and without each thing that may lie over the picture.
+/// The frames of the program: each after one with and one without a copy, and a window's each with and without each thing that may cover the picture.
 fn turns(plan: &FramePlan) -> Vec<Turn> {
-    // Looked up before they are drawn, drawn twice one after the other, kept, and drawn anew.
+    // Shadow maps are looked up before they are drawn, drawn twice in a row, kept, and drawn anew.
     let maps = |index: usize| [[0, 0], [2, 0], [0, 0], [1, 1]][index % 4];
-    // At first, then in every frame, and once not.
+    // Objects are posed in all frames but one.
     let posed = |index: usize| index != 2;
     match plan.presented {
         None => (0..4)
@@ -170,7 +170,7 @@ impl FrameModelBuilder<'_> {
         self.program.fence(order, until);
     }
 
-    /// The CPU looks at the picture that was copied last. It does so only before the next copy, so that its wait hides nothing.
+    /// The CPU looks at the picture that was copied last, but only before the next copy, so that its wait hides nothing.
     fn look(&mut self) {
         if let Some(copied) = self.copied.take() {
             self.wait(RowName::COPY_TO_HOST, copied);
@@ -298,7 +298,7 @@ impl FrameModelBuilder<'_> {
             }
             match step {
                 Step::RenderPass(name, _) => self.render_pass(passes, *name, turn, place),
-                // Without a window the copy is a submission of its own.
+                // The copy is a separate submission if there is no window.
                 Step::Commands(own) if self.plan.presented.is_some() || own.when != Condition::Copied => {
                     if turn.has(own.when) {
                         self.commands(own, place);
@@ -335,7 +335,7 @@ impl FrameModelBuilder<'_> {
         self.cross(own.half, own.queues, &all, released)
     }
 
-    /// The same of this memory, by the rows between the two queues.
+    /// Hands this memory over by the rows between the two queues.
     fn cross(&mut self, half: Half, queues: [Queue; 2], all: &[(Memory, L)], released: Time) -> Time {
         if half == Half::Acquire {
             self.program.queue = queues[1];

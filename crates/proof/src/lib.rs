@@ -73,7 +73,7 @@ pub struct Hazard {
     pub first: String,
     /// The later use.
     pub second: String,
-    /// The same without Vulkan's terms.
+    /// The hazard without Vulkan's terms.
     pub consequence: Consequence,
     /// The two uses apart; none for a wrong layout or owner, which needs one use only.
     clash: Option<Clash>,
@@ -105,7 +105,7 @@ impl FrameModel {
         Self(frames::formulas(rows))
     }
 
-    /// The passes of the frame with most of them, in their order: subpasses, and dispatches and draws of their own.
+    /// The passes of the frame with most of them, in order: subpasses, and separate dispatches and draws.
     pub fn passes(&self) -> Vec<Endpoint> {
         let others = [Endpoint::HOST, Endpoint::UPLOAD, Endpoint::PRESENTATION, copy::PASS.name];
         let is_pass = |place: &Endpoint| !others.contains(place);
@@ -122,18 +122,18 @@ impl FrameModel {
         (1..=self.0.frame).map(of_frame).max_by_key(Vec::len).unwrap_or_default()
     }
 
-    /// None if every pair of touches is ordered.
+    /// Returns all hazards: none if every pair of touches is ordered.
     pub fn hazards(&self) -> Vec<Hazard> {
         hazards_of(&self.0).collect()
     }
 
-    /// Returns true if there are any: found sooner than all of them.
+    /// Returns true if there are no hazards; stops at the first one.
     pub fn are_safe(&self) -> bool {
         hazards_of(&self.0).next().is_none()
     }
 }
 
-/// Returns true if nothing is lost without a part of a row: it orders only what others order already.
+/// Returns true if a part of a row is superfluous: it orders only touches that others order already.
 ///
 /// # Errors
 /// As [`Rows::without_part`].
@@ -150,9 +150,9 @@ pub fn covered(plan: &FramePlan, rows: &Rows, row: &Row) -> Vec<RowPart> {
 /// The touches of memory so far.
 #[derive(Default)]
 struct AccessHistory<'a> {
-    /// By the last group that wrote it.
+    /// Writes of the last group that wrote it.
     writes: Vec<&'a MemoryAccess>,
-    /// Since then.
+    /// Reads since these writes.
     reads: Vec<&'a MemoryAccess>,
     layout: vk::ImageLayout,
     /// A use that the layout change since then does not wait for.
@@ -225,7 +225,7 @@ fn hazards_of(program: &Program) -> impl Iterator<Item = Hazard> {
 }
 
 impl<'a> AccessHistory<'a> {
-    /// Adds the touches of a group, and returns the hazards with those before it.
+    /// Adds the touches of a group, and returns their hazards with earlier touches.
     fn take(&mut self, order: &HappensBefore, group: &[&'a MemoryAccess]) -> Vec<Hazard> {
         let mut found = Vec::new();
         let mut report = |kind, first: String, second: &MemoryAccess, consequence, clash| {

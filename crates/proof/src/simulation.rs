@@ -135,7 +135,7 @@ fn other_reader(
     readers.find(is_other).map(|(place, row)| (place, row.name))
 }
 
-/// The producer with all passes whose results it depends on, so that its own is that of one camera. Shadow maps are the same for both cameras.
+/// The producer with all passes whose results it depends on, so that its result is of one camera. Shadow maps are the same for both cameras.
 fn sources(rows: &Rows, stops: &[Stop], producer: &Stop, own: RowName) -> Result<Vec<Endpoint>, String> {
     let mut found = vec![producer];
     let mut next = 0;

@@ -87,7 +87,7 @@ fn barriers_make_a_chain_where_their_scopes_meet() {
     assert_eq!(between(COPY_WRITE, &apart, SAMPLE), [HazardKind::ReadAfterWrite]);
     let turned = [(compute, SAMPLE), (COPY_WRITE, compute)];
     assert_eq!(between(COPY_WRITE, &turned, SAMPLE), [HazardKind::ReadAfterWrite], "in another order");
-    // The fragment shader is later than what the first one holds back, and earlier than what the second waits for.
+    // The scopes meet at the fragment shader: it is later than the first barrier's second scope, and earlier than the second barrier's first scope.
     assert_eq!(between(COPY_WRITE, &[(COPY_WRITE, bare(FETCH)), (bare(COLOR_WRITE), SAMPLE)], SAMPLE), NONE);
 }
 

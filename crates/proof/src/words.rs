@@ -60,13 +60,13 @@ impl Consequence {
         Self { action, who: who(second), memory: noun(second.memory), clause }
     }
 
-    /// Of an image in another layout than a touch needs.
+    /// The consequence of an image in another layout than a touch needs.
     pub(super) fn of_layout(found: &str, touch: &MemoryAccess) -> Self {
         let clause = format!("in the layout {found} instead of {:?}", touch.layout);
         Self { action: LaterAction::Find, who: who(touch), memory: noun(touch.memory), clause }
     }
 
-    /// Of a touch by a queue that does not own the memory.
+    /// The consequence of a touch by a queue that does not own the memory.
     pub(super) fn of_owner(found: &str, touch: &MemoryAccess) -> Self {
         Self { action: LaterAction::Find, who: who(touch), memory: noun(touch.memory), clause: found.to_owned() }
     }

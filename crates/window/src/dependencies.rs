@@ -65,8 +65,8 @@ enum Request {
 }
 
 impl Dependencies {
-    /// With all rows on, but for those that are asked for. A missing row may make a device hang, so frames are recorded without it only on CPUs, where no more
-    /// than the program hangs, unless the user asks for it.
+    /// Starts with all rows on, except the rows `without`. A missing row may make a device hang, so frames are recorded without it only on CPUs,
+    /// where no more than the program hangs, unless the user asks for it.
     pub fn new(is_cpu: bool, without: &[String], hazard: Option<HazardPicture>) -> Self {
         Self {
             listed: Vec::new(),
@@ -180,7 +180,7 @@ impl Dependencies {
         lines
     }
 
-    /// Labels a simulated picture, and builds the panel where it is `open`.
+    /// Labels a simulated picture, and builds the panel if it is `open`.
     pub fn show(&mut self, context: &Context, open: &mut bool, (instance, chapter): (&Instance, Option<&Path>)) {
         if let Some(label) = &self.label {
             show_label(context, label);

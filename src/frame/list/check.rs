@@ -79,7 +79,7 @@ impl StepList {
     }
 }
 
-/// Finds a touch of a pass that contradicts another one, the plan, or what was `written` before.
+/// Finds a touch of a pass that contradicts another touch, the plan, or the resources `written` before.
 fn contradiction(
     plan: &FramePlan,
     place: Endpoint,

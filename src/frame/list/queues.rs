@@ -17,7 +17,7 @@ use crate::plan::{FramePlan, Target};
 pub struct HandOver {
     /// Which half.
     pub half: Half,
-    /// From the first to the second.
+    /// The releasing queue, then the acquiring one.
     pub queues: [Queue; 2],
     /// The steps before the release and after the acquire.
     pub ends: [Endpoint; 2],
@@ -32,7 +32,7 @@ pub struct HandOver {
 /// A run of steps that goes to one queue in one piece.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct QueuePart {
-    /// Its queue.
+    /// The queue that executes the steps.
     pub queue: Queue,
     /// Indices into the list.
     pub steps: Range<usize>,
@@ -93,13 +93,13 @@ pub(super) fn add_hand_overs(plan: &FramePlan, steps: &mut Vec<Step>) {
     };
     let acquired = |own: &HandOver| Step::HandOver(HandOver { half: Half::Acquire, ..own.clone() });
     let after = [acquired(&back)];
-    // From the last to the first, so that indices stay.
+    // Inserted from back to front, so that the earlier indices stay valid.
     steps.splice(until..until, [Step::HandOver(back)].into_iter().chain(after));
     steps.insert(first, acquired(&there));
     steps.insert(released, Step::HandOver(there));
 }
 
-/// The reads of an image by these steps, up to the first step that writes it or changes its layout: that step has a row of its own.
+/// The reads of an image by these steps, up to the first step that writes it or changes its layout: that step has its own row.
 fn reads(plan: &FramePlan, steps: &[Step], target: Target, layout: vk::ImageLayout) -> Vec<Use> {
     let own = |step: &Step| -> Vec<ResourceUse> {
         step.touches(plan).into_iter().filter(|touch| touch.resource == Resource::Target(target)).collect()

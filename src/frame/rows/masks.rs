@@ -45,7 +45,8 @@ const DRAWING: [S; 8] = [
     S::COLOR_ATTACHMENT_OUTPUT,
 ];
 
-/// Removes the stages that wrote nothing and are logically earlier than another one of the mask: a first scope includes those anyway.
+/// Removes stages that wrote nothing and are logically earlier than another stage of the mask: a first scope includes logically earlier stages
+/// anyway.
 pub(super) fn latest(mask: Use) -> Use {
     let writes = |stage: S| SUPPORTED.iter().any(|(access, by)| mask.access.contains(*access) && by.contains(stage));
     let stages = DRAWING.iter().enumerate().fold(mask.stage, |stages, (index, &stage)| {

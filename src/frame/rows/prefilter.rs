@@ -15,7 +15,7 @@ impl RowName {
     pub const PREFILTER_TO_LIGHTING: Self = Self::Own("prefilter-to-lighting");
 }
 
-/// None where no pass reads the light.
+/// Returns no rows if no pass reads the light.
 pub(super) fn rows(plan: &FramePlan, steps: &[Step]) -> Vec<Row> {
     let Some((reader, read)) = waits::readers(plan, steps, Resource::SkyLight) else { return Vec::new() };
     let (written, readable) = (vk::ImageLayout::GENERAL, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL);

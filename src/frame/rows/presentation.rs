@@ -1,11 +1,11 @@
-//! The rows of frames that a window shows, besides those of other frames: two semaphores, and the passes over the picture.
+//! Rows that presentation adds to a window's frames: two semaphores, and the passes over the picture.
 //!
-//! Within a frame the swapchain's image is as any output, but for its row from OUTSIDE: instead of for COPY, it waits for the stage at which the
+//! Within a frame the swapchain's image is like any output, except for its row from OUTSIDE: that waits not for COPY, but for the stage at which the
 //! semaphore of the acquired image lets the frame go on ([`ATTACH`], [`BEGIN`]). The image's layout changes before the first write and after that
 //! stage, and so after presentation has read the image: the two make a chain.
 //!
-//! Where no hardware encodes the swapchain's images, the picture is one of the frame's own, as without a window, and lies between passes as it
-//! does there, to be copied. Then ENCODE alone touches the swapchain's image.
+//! If no hardware encodes the swapchain's images, the picture is the frame's own image, in the same layout between passes as without a window, to be
+//! copied. Only ENCODE then touches the swapchain's image.
 
 use ash::vk;
 
@@ -47,7 +47,7 @@ const SAMPLED: vk::ImageLayout = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
 /// The passes that may lie over the picture come one after the other, each present or not: one ends with TRANSFER and the next begins with it.
 pub(super) const IN_TURN: Use = Use::new(vk::PipelineStageFlags2::TRANSFER, vk::AccessFlags2::empty());
 
-/// None where nothing is presented.
+/// Returns no rows if nothing is presented.
 pub(super) fn rows(plan: &FramePlan, steps: &[Step]) -> Vec<Row> {
     let mut rows = match plan.presented {
         None => return Vec::new(),
@@ -263,7 +263,7 @@ mod tests {
         all.into_iter().filter(|(_, plan)| [OUTPUT_SRGB, OUTPUT_PLAIN].contains(&plan.output))
     }
 
-    /// The same as a window has them whose images are drawn into straight.
+    /// Plans of the pictures, drawn straight into a window's images.
     fn each_plan(check: impl Fn(&str, &FramePlan, &Rows)) {
         for (name, plan) in pictures() {
             let format = if plan.is_tiled() { vk::Format::B8G8R8A8_UNORM } else { vk::Format::B8G8R8A8_SRGB };

@@ -51,7 +51,7 @@ fn semaphore(queues: [Queue; 2], [from, to]: [Endpoint; 2], waits: Use, why: &st
         .because(why)
 }
 
-/// Those of a plan's frames.
+/// Rows of a plan's frames.
 pub(super) fn rows(steps: &[Step]) -> Vec<Row> {
     let acquires = steps.iter().filter_map(|step| match step {
         Step::HandOver(own) if own.half == Half::Acquire => Some(own),
@@ -85,7 +85,7 @@ fn of_frame(own: &HandOver) -> [Row; 2] {
     [waits, given]
 }
 
-/// Those of uploads by the transfer queue.
+/// Rows of uploads by the transfer queue.
 pub(super) fn of_uploads(plan: &FramePlan) -> Vec<Row> {
     let uploads = plan.uploads;
     if !plan.queues.transfer || !(uploads.textures || uploads.vertices || uploads.volumes) {

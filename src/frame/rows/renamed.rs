@@ -33,7 +33,7 @@ const FORMER_ROWS: &[FormerRow] = &[
     ("picture-to-tone", &["*-to-tone"]),
 ];
 
-/// All former names. An effect declares the former names of its own rows.
+/// All former row names. Each effect declares former names of the rows that it owns.
 fn former_rows() -> impl Iterator<Item = &'static FormerRow> {
     FORMER_ROWS.iter().chain(EFFECTS.iter().flat_map(|effect| effect.former_rows))
 }
@@ -80,7 +80,7 @@ pub fn lack(plan: &FramePlan, name: &str) -> Option<String> {
     })
 }
 
-/// The same frames in a window, in each way for a picture to come there.
+/// Variants of a plan in a window, one for each way in which a picture gets there.
 pub fn in_windows(plan: &FramePlan) -> [FramePlan; 3] {
     let format = vk::Format::B8G8R8A8_SRGB;
     let encoding = Encoding { transfer: Transfer::Srgb, headroom: 1.0 };

@@ -61,7 +61,7 @@ pub fn attachments(
     images(plan).filter_map(of).collect()
 }
 
-/// None where the plan has no maps.
+/// Returns no rows if the plan has no maps.
 pub(super) fn rows(plan: &FramePlan, steps: &[Step]) -> Vec<Row> {
     let clear = |(image, [before, after]): (Resource, ClearRows)| {
         let (layout, drawn, why) = match image {

@@ -1,4 +1,4 @@
-//! The rows of uploads: from the copies out of staging buffers to what reads the scene.
+//! Rows of uploads: from the copies out of staging buffers to the first readers of the scene.
 
 use ash::vk;
 
@@ -24,7 +24,7 @@ const WRITTEN: vk::ImageLayout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
 const BLITTED: vk::ImageLayout = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
 const READABLE: vk::ImageLayout = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
 
-/// Those that the plan uploads anything for.
+/// Rows for the kinds of data that the plan uploads.
 pub(super) fn rows(plan: &FramePlan) -> Vec<Row> {
     let mut rows = Vec::new();
     let uploads = plan.uploads;
@@ -61,7 +61,7 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Row> {
         rows.push(
             barrier(RowName::BLIT_TO_TEXTURES, BLITTED, READABLE)
                 .from(Endpoint::UPLOAD, &[BLIT_READ])
-                // TILED needs no use here: `geometry-to-tiled` orders it after GEOMETRY. After rendering that row is about attachments alone.
+                // TILED needs no use here: `geometry-to-tiled` orders it after GEOMETRY. That row covers attachments only after dynamic rendering.
                 .to(Endpoint::DRAWS, &[if is_rendered { looked_up(TEXTURE_READ) } else { TEXTURE_READ }, TEXTURE_READ])
                 .because("shaders sample a level when the blit that reads it is over; its layout changes in between"),
         );

@@ -9,14 +9,16 @@
 //! - a read in a subpass that finds the image in another layout changes it: for later uses it counts as a write;
 //! - the first use in a frame waits for the frame before, which ends as this one does.
 //!
-//! The carrier follows from where the two ends stand. Within a render pass it is a dependency between two subpasses, and since subpasses use attachments at
-//! their own pixel only, it is by region. All waits for a subpass of an earlier render pass are one dependency of that one, which leaves the image in the
-//! layout that comes next. If a subpass waits for a compute pass, the dependency belongs to the subpass's render pass. Buffers are the exception: one barrier
-//! after the compute pass makes its writes visible to all readers. Between two passes outside of render passes it is a barrier.
+//! The carrier follows from where the two ends stand. Within a render pass it is a dependency between two subpasses, and since subpasses use
+//! attachments at their own pixel only, it is by region. All waits for a subpass of an earlier render pass are one dependency of that one, which
+//! leaves the image in the layout that comes next. If a subpass waits for a compute pass, the dependency belongs to the subpass's render pass.
+//! Buffers are the exception: one barrier after the compute pass makes its writes visible to all readers. The carrier is a barrier between two passes
+//! outside of render passes.
 //!
-//! Load and store operations are uses as well: "The load operation for each sample in an attachment happens-before any recorded command which accesses the
-//! sample in the first subpass where the attachment is used", and the store operation after those of the last one (specification, `VkAttachmentDescription`).
-//! Colour is loaded and stored in COLOR_ATTACHMENT_OUTPUT. Depth is loaded in EARLY_FRAGMENT_TESTS and stored in LATE_FRAGMENT_TESTS. CLEAR and DONT_CARE write.
+//! Load and store operations are uses as well: "The load operation for each sample in an attachment happens-before any recorded command which
+//! accesses the sample in the first subpass where the attachment is used", and the store operation happens after the accesses in the last one
+//! (specification, `VkAttachmentDescription`). Colour is loaded and stored in COLOR_ATTACHMENT_OUTPUT. Depth is loaded in EARLY_FRAGMENT_TESTS and
+//! stored in LATE_FRAGMENT_TESTS. CLEAR and DONT_CARE write.
 
 use std::borrow::Cow;
 use std::cmp::Reverse;
@@ -108,15 +110,15 @@ struct Draft {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Key {
-    /// Between two subpasses of one render pass.
+    /// A dependency between two subpasses of one render pass.
     Between(RenderPassName, usize, usize),
     /// A subpass comes first, and all later steps that wait for it come second.
     OutOf(RenderPassName, usize),
     /// A subpass comes first, and COPY, presentation or the CPU second.
     OutOfFrame(RenderPassName, usize),
-    /// From earlier steps into a subpass.
+    /// A dependency from earlier steps into a subpass.
     Into(RenderPassName, usize),
-    /// From the frame before into a subpass.
+    /// A dependency from the previous frame into a subpass.
     Reuse(RenderPassName, usize),
     /// A barrier before a stop, or after the last one.
     Barrier(Resource, usize),
@@ -136,7 +138,7 @@ struct UseHistory {
     barrier: Option<usize>,
 }
 
-/// The rows of a plan's passes, in the order of those that wait.
+/// The rows of a plan's passes, in the order of the waiting steps.
 pub fn rows(plan: &FramePlan, steps: &[Step]) -> Vec<Wait> {
     let stops = stops(plan, steps);
     let mut drafts: Vec<Draft> = Vec::new();
@@ -335,7 +337,7 @@ fn after_the_passes(plan: &FramePlan, stops: &[Stop], resource: Resource) -> Opt
 
 /// The way by which a use follows another: the layouts before and after, and the stop whose barrier has the wait, if another's has.
 struct Handover {
-    /// The later use replaces what the earlier one left.
+    /// The later use writes the resource or changes its layout.
     replaces: bool,
     layouts: [vk::ImageLayout; 2],
     barrier: Option<usize>,

@@ -188,11 +188,11 @@ fn is_between_queues(mutant: &Mutant) -> bool {
     };
     let row = &mutant.row;
     let is_transfer = matches!(row.carrier, SyncKind::Ownership(_));
-    // What waits by such a row on the graphics queue comes after the transfer back.
+    // On the graphics queue, the work that waits by this row comes after the ownership transfer back.
     is_transfer || row.carrier.is_render_pass() && (beside(&row.from) || row.waiting.iter().any(beside))
 }
 
-/// Returns true if a row before it in the frame lets another pass read what the same one wrote.
+/// Returns true if an earlier row of the frame lets another pass read the writes of this row's first pass.
 fn follows_another_reader(mutant: &Mutant) -> bool {
     let (table, row) = (mutant.rows_of_plan(), &mutant.row);
     let mut before = table.iter().take_while(|other| other.name != row.name);

@@ -13,9 +13,9 @@ use afterlight::gpu::{Error as GpuError, Surface, Vsync, vk};
 use afterlight::passes::overlay::{PanelDraw, PanelTexture, PanelVertex, Panels};
 use afterlight::scene::{Playing, Scene, Settings};
 
-/// Draws so much that each dependency has something to order: frames in flight, in each of whose places another one follows, and copies of
-/// pictures under way while the next is drawn. Waits until all of it is done and destroyed, so that the layer has said all it has to say. The
-/// picture that was copied last.
+/// Draws enough frames that each dependency has something to order: frames in flight, each of whose slots is used again, and read-backs under way
+/// while the next frame is drawn. Waits until all of it is done and destroyed, so that the layer has reported everything. Returns the picture that
+/// was copied last.
 ///
 /// # Safety
 /// As of [`Renderer::with_rows`].
@@ -60,8 +60,8 @@ pub enum PresentPath {
     EncodedKept,
 }
 
-/// The same of frames that are presented, on a surface without a display, with and without whatever may lie over the picture: another one beside it,
-/// panels, and a copy of it all. The first picture, with nothing beside it or over it.
+/// Draws like [`draw`], but presents the frames, on a surface without a display: with and without everything that may lie over the picture (another
+/// picture beside it, panels, and a copy of it all). Returns the first picture, with nothing beside it or over it.
 ///
 /// # Safety
 /// As of [`Renderer::with_rows`].

@@ -37,13 +37,13 @@ pub use watched::{Drawn, LayerDevice, NO_EXTENSIONS};
 /// A plan to take dependencies from.
 #[derive(Debug, Clone)]
 pub struct MutantCase {
-    /// In words: `sunlit`.
+    /// The name in words: `sunlit`.
     pub name: String,
     /// The scene that is drawn.
     pub scene: Scene,
     /// The settings of its frames.
     pub settings: Settings,
-    /// Its frames are presented, with everything that may lie over them.
+    /// The path by which the frames are presented, with everything that may lie over them; `None` if they are not presented.
     pub presented: Option<PresentPath>,
 }
 
@@ -157,8 +157,8 @@ impl fmt::Display for PartName {
     }
 }
 
-/// Every row of every plan, and each bit of each different row, without which the proof finds a hazard. Of presented frames those rows alone that no others have: in them a render pass
-/// ends with a layout change and no reader, which the layer takes to be ordered with anything that follows.
+/// Every row of every plan, and each bit of each distinct row, without which the proof finds a hazard. Presented frames give only rows that no other
+/// frames have: in them a render pass ends with a layout change and no reader, which the layer takes to be ordered with anything that follows.
 ///
 /// # Panics
 /// Never: the rows that cannot be dropped are left out.

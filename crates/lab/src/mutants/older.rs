@@ -1,4 +1,5 @@
-//! Blind spots of layers before [`LAYER`], beside those of [`LAYER`] itself. They were found with 1.3.239; layers between the two may have fewer.
+//! Blind spots that layers before [`LAYER`] have in addition to the blind spots of [`LAYER`] itself. They were found with 1.3.239; layers between the
+//! two may have fewer.
 
 use super::Mutant;
 use super::unreported::LAYER;
@@ -81,7 +82,7 @@ fn is_sampled_first(mutant: &Mutant, row: &Row) -> bool {
     row.after.stage == PipelineStageFlags2::FRAGMENT_SHADER && row.waiting.iter().any(begins)
 }
 
-/// Returns true if the part orders work of another submission, before or after those that the layer looks at.
+/// Returns true if the part orders work of another submission, before or after the submissions that the layer looks at.
 fn is_in_another_submission(mutant: &Mutant) -> bool {
     let row = &mutant.row;
     let (begins_outside, ends_outside) = (row.from == Endpoint::OUTSIDE, row.to == Endpoint::OUTSIDE);

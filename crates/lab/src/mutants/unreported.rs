@@ -1,11 +1,11 @@
 //! Rows and bits whose absence the validation layer does not report, and why they are there all the same.
 //!
-//! Layer 1.4.309 is silent about these in both modes of its shader heuristic. Nothing is left out of the table for that reason: each entry
-//! quotes what the specification has to say, and the proof ([`afterlight_proof`]) finds a hazard without it. `tests/sync/necessity.rs` fails when an entry is noticed after all, when none of its rows is
-//! silent any more, and when something is silent that is not listed.
+//! Layer 1.4.309 is silent about these in both modes of its shader heuristic. The table keeps them all the same: each entry quotes the specification,
+//! and the proof ([`afterlight_proof`]) finds a hazard without it. `tests/sync/necessity.rs` fails when the layer reports an entry after all, when no
+//! row of an entry is silent any more, and when something that is not listed is silent.
 //!
-//! A blind spot of the layer is one of a kind of row, whichever passes it is between. So an entry asks for the row's carrier, stages and accesses, and names
-//! no effect: the rows of a new one are judged as well.
+//! A blind spot of the layer concerns a kind of row, whichever passes the row is between. So an entry asks for the row's carrier, stages and
+//! accesses, and names no effect: the entry judges the rows of a new effect as well.
 
 use afterlight::frame::list::RenderPassName;
 use afterlight::frame::rows::{Row, RowPart, Side, SyncKind, table};
@@ -116,7 +116,7 @@ impl MissingPart<'_> {
         is_of_maps && !row.is_between_subpasses() && !self.is_from_outside()
     }
 
-    /// Returns true if a subpass of the frame has another row to the same dispatches, for what they write.
+    /// Returns true if another row, of a subpass of this frame, makes the same dispatches wait with their writes.
     fn is_awaited_in_the_frame(&self) -> bool {
         let to_same =
             |row: &Row| row.carrier.is_render_pass() && row.to == self.row.to && row.from != Endpoint::OUTSIDE;

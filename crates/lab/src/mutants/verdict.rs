@@ -12,12 +12,12 @@ pub enum Miss {
     Older(&'static OlderLayers),
     /// Older layers notice it.
     Newer(&'static Hidden),
-    /// Its frames are carried in another way.
+    /// The frames are carried in another way.
     Carried(&'static CarriedFrames),
 }
 
 impl Miss {
-    /// In a sentence.
+    /// Returns the reason, in a sentence.
     pub fn why(self) -> &'static str {
         match self {
             Self::Argued(entry) => entry.why,
@@ -58,7 +58,7 @@ pub fn verdict(layer: u32, mutant: &Mutant, broken: &BrokenRules) -> MutantVerdi
     }
 }
 
-/// The same of frames in another carrier than those with which the other reasons were found.
+/// The verdict on frames in another carrier than the frames with which the other reasons were found.
 fn of_carried(layer: u32, mutant: &Mutant, broken: &BrokenRules) -> MutantVerdict {
     if broken.anything() {
         return MutantVerdict::Noticed;

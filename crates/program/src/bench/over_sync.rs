@@ -22,7 +22,7 @@ use crate::workload::Workload;
 #[derive(Serialize)]
 pub struct OverSyncCosts {
     rows: Vec<WideCost>,
-    /// Dependencies that measured frames do not record: those of uploads and copies, fences, and the semaphores of a window.
+    /// Dependencies that measured frames do not record: uploads, copies, fences, and the semaphores of a window.
     not_recorded: Vec<&'static str>,
 }
 
@@ -109,7 +109,7 @@ fn is_of_frames(row: &Row) -> bool {
 }
 
 impl FramesInTurn {
-    /// Of frames as given, and wider ones.
+    /// Compares frames as given with wider ones.
     fn of([given, wide]: [Vec<f64>; 2]) -> Self {
         Self {
             ratio: Distribution::of(wide.iter().zip(&given).map(|(wide, given)| wide / given)),

@@ -66,7 +66,7 @@ fn a_row_without_a_picture_says_why() {
         let told = reason(&plain, row, how);
         assert!(told.starts_with("no picture: ") && told.contains(why), "{row}: {told}");
     }
-    // Its results lie in the albedo, which LIGHTING needs of this frame.
+    // The pass writes its results into the albedo, and LIGHTING needs this frame's albedo.
     let occluded = plan(&Settings { ao: AmbientOcclusion::Bitmask, ..samples::deferred() });
     let told = reason(&occluded, "ao-denoise-to-lighting", Cleared);
     assert!(told.contains("AO_DENOISE is no draw"), "{told}");

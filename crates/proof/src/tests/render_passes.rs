@@ -448,7 +448,7 @@ fn a_tiled_frame_stores_what_its_compute_shader_binds_and_no_more() {
             stored.insert(target);
         }
         assert_eq!(bound.contains_key(&afterlight::passes::tiled::EMISSIVE), plan.emissive, "{name}");
-        // Those and the output.
+        // The shader binds the stored targets and the output.
         assert_eq!(bound.len(), stored.len() + 1, "{name}");
         let attached: BTreeSet<Target> = attachments(&plan).iter().map(|(target, _)| *target).collect();
         assert_eq!(stored, attached, "{name}");

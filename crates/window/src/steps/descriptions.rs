@@ -10,11 +10,11 @@ use afterlight::passes::Endpoint;
 use afterlight::plan::{DEPTH, FramePlan, Gbuffer, ToneMapping, effects};
 use afterlight::scene::{Light, LightForm, LightPath, Resolve, Scene, View, counted};
 
-/// So many lights of a group are named.
+/// The most lights of a group that are named.
 const MOST_NAMES: usize = 6;
 
 impl FrameStep {
-    /// Its name beside that of its pass.
+    /// Returns the step's name, to be shown beside its pass's name.
     pub fn name(self, plan: &FramePlan, scene: &Scene) -> String {
         match self {
             Self::ShadowMaps => "shadow maps".into(),

@@ -16,7 +16,7 @@ pub struct GraphStop {
     pub place: Endpoint,
     /// The part of the frame's time in which the dependency meets it.
     pub when: When,
-    /// Its name in the drawing.
+    /// The name in the drawing.
     pub name: String,
     pub what: &'static str,
     /// The render pass that it is a subpass of.
@@ -46,11 +46,11 @@ pub struct PassUse {
 #[derive(Debug, Clone)]
 pub struct FrameImage {
     pub resource: Resource,
-    /// Its name in the drawing.
+    /// The name in the drawing.
     pub name: String,
     pub format: vk::Format,
     pub samples: u32,
-    /// Of a pixel of the picture; none for images of another size.
+    /// Bytes of the image for a pixel of the picture; `None` for images of another size.
     pub bytes_per_pixel: Option<u32>,
     pub bytes: u64,
     /// As the render pass has it; none for an image that no render pass writes.
@@ -187,7 +187,7 @@ impl Graph {
                     UseKind::Storage { .. } => "stored to",
                     UseKind::CopiedFrom => "copied",
                     UseKind::CopiedTo => "copied to",
-                    // Of OVERLAY and ENCODE, which begin render passes of their own.
+                    // OVERLAY and ENCODE, which begin separate render passes.
                     UseKind::Color { .. } if self.stops[stop].pass.is_none() => "drawn over",
                     _ => continue,
                 };
@@ -226,7 +226,8 @@ fn image(
     FrameImage { resource, name, format, samples, bytes_per_pixel, bytes, attachment }
 }
 
-/// Returns the begin and the end of a row. Places outside of the frame lie before those that wait for them, and after those that they wait for.
+/// Returns the begin and the end of a row. Places outside the frame come before the places that wait for them, and after the places that they wait
+/// for.
 fn ends(row: &Row) -> [(Endpoint, When); 2] {
     // Data that the CPU hands over come before everything that a submission does, and data that it waits for after all of that.
     let (from, to) = match (row.from, row.to) {
@@ -242,13 +243,13 @@ fn once_at(place: Endpoint) -> Option<&'static str> {
     ONCE.iter().find(|(own, _)| *own == place).map(|&(_, what)| what)
 }
 
-/// `outside` is that of places on either side of a frame.
+/// Returns the part of the frame's time that a place is in: `outside` for a place on either side of a frame.
 fn when(place: Endpoint, outside: When) -> When {
     match place {
         Endpoint::OUTSIDE | Endpoint::HOST | Endpoint::DEVICE | Endpoint::PRESENTATION => outside,
         Endpoint::DRAWS => When::Before,
         place if once_at(place).is_some() => When::Before,
-        // A submission of its own.
+        // The copy is a separate submission.
         place if place == copy::PASS.name => When::After,
         _ => When::During,
     }

@@ -17,7 +17,7 @@ fn dependencies_are_the_rows_of_the_table() {
         }
         let shadow = dependencies(&plan, SHADOW_PASS);
         assert_eq!(shadow.is_empty(), plan.shadow.is_none(), "{name}");
-        // Into the one subpass and out of it.
+        // Dependencies lead into the one subpass and out of it.
         let ends: Vec<_> = shadow.iter().map(|&(_, ends)| ends).collect();
         assert!(
             ends.iter().all(|ends| matches!(ends, [vk::SUBPASS_EXTERNAL, 0] | [0, vk::SUBPASS_EXTERNAL])),
