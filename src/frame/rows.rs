@@ -23,7 +23,8 @@ use crate::plan::{FramePlan, Target};
 use crate::scene::{self, Passes};
 
 mod host;
-mod masks;
+#[doc(hidden)]
+pub mod masks;
 mod prefilter;
 mod presentation;
 mod queues;

@@ -49,9 +49,10 @@ pub const EXIT_CODES: &str = "\
 Exit codes:
   0  success
   1  a check failed: with --validate, the validation layer had something to say
-     that is not advice, or frames need what --drop leaves out; pictures differ by
-     more than --max, nothing keeps the bound of tune or nothing can verify it, a
-     claim of stress does not hold, or a case of ci is worse than expected
+     that is not advice, or frames need what --drop leaves out; check-row finds a
+     hazard or a mask that is too wide; pictures differ by more than --max, nothing
+     keeps the bound of tune or nothing can verify it, a claim of stress does not
+     hold, or a case of ci is worse than expected
   2  usage: an option or its value is wrong, or no device has the number or name
      given (ci: 3); a case of ci is only better than expected
   3  bad input: a scene cannot be read or is too large for the device, or the

@@ -23,6 +23,7 @@ mod frames;
 mod order;
 mod program;
 mod render_pass;
+pub mod sequence;
 pub mod simulation;
 mod words;
 
@@ -208,7 +209,8 @@ impl fmt::Display for Owner {
 /// The hazards of a program, as they are found.
 fn hazards_of(program: &Program) -> impl Iterator<Item = Hazard> {
     let order = HappensBefore::new(program);
-    let mut past: HashMap<Memory, AccessHistory> = HashMap::new();
+    let begin = |&(memory, layout): &(Memory, _)| (memory, AccessHistory { layout, ..AccessHistory::default() });
+    let mut past: HashMap<Memory, AccessHistory> = program.layouts.iter().map(begin).collect();
     // The touches of one memory by one group come together.
     let mut groups: Vec<Vec<&MemoryAccess>> = Vec::new();
     let mut last: HashMap<Memory, usize> = HashMap::new();

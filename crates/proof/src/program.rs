@@ -234,6 +234,8 @@ pub(super) struct Program {
     pub(super) touches: Vec<MemoryAccess>,
     /// Synchronizations, sorted by the beginning of their second scopes.
     pub(super) syncs: Vec<Sync>,
+    /// Images that do not begin in the layout UNDEFINED.
+    pub(super) layouts: Vec<(Memory, vk::ImageLayout)>,
     /// The frame that is being added.
     pub(super) frame: usize,
     /// The queue that commands are being added to.
@@ -244,6 +246,11 @@ pub(super) struct Program {
 }
 
 impl Program {
+    /// Nothing yet, with images that begin in these layouts.
+    pub(super) fn with_layouts(layouts: Vec<(Memory, vk::ImageLayout)>) -> Self {
+        Self { layouts, ..Self::default() }
+    }
+
     /// The next time.
     pub(super) fn step(&mut self) -> Time {
         self.now += 1;

@@ -57,7 +57,7 @@ pub(super) fn latest(mask: Use) -> Use {
 }
 
 /// The mask less some bits, and less the accesses that no stage that is left supports. `None` when no stage is left.
-pub(super) fn without(mask: Use, bits: Use) -> Option<Use> {
+pub fn without(mask: Use, bits: Use) -> Option<Use> {
     let stage = mask.stage & !bits.stage;
     let supported = SUPPORTED.iter().filter(|(_, stages)| stage.intersects(*stages));
     let supported = supported.fold(A::empty(), |all, (access, _)| all | *access);
@@ -65,7 +65,7 @@ pub(super) fn without(mask: Use, bits: Use) -> Option<Use> {
 }
 
 /// Each stage and each access by itself. The ends of the pipeline, which do nothing, are none.
-pub(super) fn bits(mask: Use) -> impl Iterator<Item = Use> {
+pub fn bits(mask: Use) -> impl Iterator<Item = Use> {
     let ends = S::TOP_OF_PIPE | S::BOTTOM_OF_PIPE;
     let each = |raw: u64| (0..u64::BITS).map(|bit| 1 << bit).filter(move |bit| raw & bit != 0);
     let stages = each((mask.stage & !ends).as_raw()).map(|bit| Use::new(S::from_raw(bit), A::empty()));
