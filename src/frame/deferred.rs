@@ -2,7 +2,7 @@
 //!
 //! A pass that the plan leaves out has no object, no resources and no commands. [`super::walk`] makes the objects of the others and records them in this
 //! order. What follows from the order is found elsewhere: which passes share a render pass, with loads, stores and layouts ([`super::list`]); whom each pass
-//! waits for ([`super::rows`]); and that every use waits for the one before it ([`super::proof`]).
+//! waits for ([`super::rows`]); and that every use waits for the one before it (the crate `afterlight-proof`).
 
 use super::list::OrderEntry::{self, Draw, DrawApart, LinesIf, Run, RunBeside, RunPosed, SplitIf};
 use crate::passes::{

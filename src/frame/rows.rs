@@ -306,7 +306,7 @@ impl Rows {
         self.iter().filter(move |row| row.carrier == carrier)
     }
 
-    /// The row of this name. A frame that asks for one which its plan has not gets none, orders nothing, and [`super::proof`] finds the hazard.
+    /// The row of this name. A frame that asks for one which its plan has not gets none, orders nothing, and the proof (`afterlight-proof`) finds the hazard.
     pub fn find(&self, name: RowName) -> Option<&Row> {
         self.iter().find(|row| row.name == name)
     }

@@ -23,10 +23,7 @@ const FORMS: [(&str, &str); 9] = [
     (r"\b(so many|such an?|so much)\b", "Draws so many of them."),
     (r"\bof (its|their) own\b", "Has a buffer of its own."),
     (r"\b(is|are|was|has|have|does) (so|likewise)\b", "The second is so."),
-    (
-        r"\bwhat (it|they|a|an|the|is|was|has|others?|draws?|lies|comes?|goes|[a-z]+s)\b",
-        "What lies behind is drawn first.",
-    ),
+    (r"\bwhat (it|they|a|an|the|is|was|has|others?|draws?|lies|comes?|goes|[a-z]+s)\b", "Draws what lies behind."),
 ];
 
 /// A sentence of a comment.
@@ -42,7 +39,7 @@ fn sentences(file: &str, text: &str) -> Vec<Sentence> {
     let mut found = Vec::new();
     let (mut run, mut begin, mut kind): (Vec<&str>, _, _) = (Vec::new(), 0, "");
     let mut flush = |run: &mut Vec<&str>, line| {
-        let joined = run.drain(..).collect::<Vec<_>>().join(" ");
+        let joined = std::mem::take(run).join(" ");
         let mut rest = joined.as_str();
         while !rest.is_empty() {
             let is_end = |(at, own): &(usize, char)| {
