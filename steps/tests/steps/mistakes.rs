@@ -1,0 +1,111 @@
+//! Deliberate mistakes: what follows if a line of a step is deleted.
+
+use crate::program::{layer, layer_text, start, whole};
+use ash::vk;
+
+/// The picture without the line.
+#[derive(Debug, PartialEq)]
+enum Shows {
+    /// The right picture, on lavapipe.
+    Right,
+    Wrong,
+    /// The right picture or another one, as threads happen to run.
+    Either,
+}
+
+/// A line that `--without` leaves out, and what follows.
+struct Mistake {
+    name: &'static str,
+    /// Part of a message of older layers (measured: 1.3.239); empty if they are silent.
+    older: &'static str,
+    /// Part of a message of newer ones (measured: 1.4.309 and 1.4.350).
+    newer: &'static str,
+    shows: Shows,
+}
+
+impl Mistake {
+    /// All layers say the same.
+    const fn says(name: &'static str, text: &'static str, shows: Shows) -> Self {
+        Self { name, older: text, newer: text, shows }
+    }
+
+    /// No layer notices.
+    const fn is_unnoticed(name: &'static str, shows: Shows) -> Self {
+        Self::says(name, "", shows)
+    }
+}
+
+const LAYOUT_OF_OLDER: &str = "UNASSIGNED-CoreValidation-DrawState-InvalidImageLayout";
+const LAYOUT: &str = "VUID-vkCmdDraw-None-09600";
+const READ_AFTER_WRITE: &str = "SYNC-HAZARD-READ-AFTER-WRITE";
+const WRITE_AFTER_READ: &str = "SYNC-HAZARD-WRITE-AFTER-READ";
+const WRITE_AFTER_WRITE: &str = "SYNC-HAZARD-WRITE-AFTER-WRITE";
+
+/// The host's reads are outside of what layers follow, and lavapipe has no cache of its own between device and host.
+const PICTURE_TO_HOST: Mistake = Mistake::is_unnoticed("picture-to-host", Shows::Right);
+/// Nobody can see when the host reads.
+const FENCE: Mistake = Mistake::is_unnoticed("fence", Shows::Either);
+
+fn check(step: &str, mistakes: &[Mistake]) {
+    let right = whole(step).picture;
+    for Mistake { name, older, newer, shows } in mistakes {
+        let ended = start(step, Some(name));
+        let on = format!("{step} without {name} on {}", layer_text());
+        let said = if layer() < vk::make_api_version(0, 1, 4, 300) { older } else { newer };
+        match said.is_empty() {
+            true => assert!(ended.succeeded, "{on}: expected silence, got: {}", ended.messages),
+            false => assert!(ended.messages.contains(said), "{on}: expected {said}, got: {}", ended.messages),
+        }
+        match shows {
+            Shows::Either => {}
+            _ => {
+                assert_eq!(*shows == Shows::Right, ended.picture == right, "{on}: expected a picture that is {shows:?}")
+            }
+        }
+    }
+}
+
+#[test]
+fn step_00() {
+    check(
+        "step-00-clear",
+        &[
+            Mistake { name: "new-to-clear", older: LAYOUT_OF_OLDER, newer: LAYOUT, shows: Shows::Right },
+            Mistake::says("read-back", READ_AFTER_WRITE, Shows::Right),
+            Mistake::says("clear-write", WRITE_AFTER_WRITE, Shows::Right),
+            Mistake::says("copy-read", READ_AFTER_WRITE, Shows::Right),
+            PICTURE_TO_HOST,
+            FENCE,
+        ],
+    );
+}
+
+#[test]
+fn step_01() {
+    check(
+        "step-01-triangle",
+        &[
+            Mistake::says("reuse", WRITE_AFTER_READ, Shows::Right),
+            Mistake::says("reuse-write", WRITE_AFTER_WRITE, Shows::Right),
+            Mistake::says("read-back", READ_AFTER_WRITE, Shows::Right),
+            Mistake::says("copy-read", READ_AFTER_WRITE, Shows::Right),
+            PICTURE_TO_HOST,
+            FENCE,
+        ],
+    );
+}
+
+#[test]
+fn step_02() {
+    check(
+        "step-02-mesh",
+        &[
+            Mistake::says("upload-to-vertices", READ_AFTER_WRITE, Shows::Right),
+            Mistake::says("fetch", READ_AFTER_WRITE, Shows::Right),
+            Mistake::says("reuse", WRITE_AFTER_READ, Shows::Right),
+            Mistake::says("last-depth", WRITE_AFTER_WRITE, Shows::Right),
+            Mistake::says("clear-depth", WRITE_AFTER_WRITE, Shows::Right),
+            Mistake::says("read-back", READ_AFTER_WRITE, Shows::Right),
+        ],
+    );
+}

@@ -1,0 +1,56 @@
+//! The scene of the steps as the reference draws it, in 64 bits.
+
+use afterlight_scene::{Brdf, Camera, Falloff, Light, LightKind, Material, Mesh, Object, Projection, Scene};
+use afterlight_steps::scene::{EYE, FOV_Y_DEGREES, NEAR, TARGET, lights, shapes};
+use afterlight_truth::reference::tonemap::encode_srgb;
+use afterlight_truth::reference::{CameraView, Mode, Reference, TruthOptions};
+use glam::{DAffine3, DVec3, dvec2};
+
+/// The scene of the steps, with one reflection model for all surfaces.
+pub fn scene(brdf: Brdf) -> Scene {
+    let mut scene = Scene { camera: camera(), ..Scene::default() };
+    for (number, shape) in shapes().into_iter().enumerate() {
+        let name = format!("shape {number}");
+        let (base_color, roughness, metallic) = (shape.color, shape.roughness, shape.metallic);
+        scene.materials.push(Material { brdf, base_color, roughness, metallic, ..Material::default() });
+        let positions = shape.positions.iter().map(|position| position.to_array()).collect();
+        let normals = shape.normals.iter().map(|normal| normal.to_array()).collect();
+        let mut mesh = Mesh { positions, normals, indices: shape.indices, ..Mesh::default() };
+        mesh.bounds = mesh.compute_bounds();
+        scene.meshes.push(mesh);
+        scene.objects.push(Object::new(name, number, number, DAffine3::IDENTITY));
+    }
+    for light in lights() {
+        let kind =
+            LightKind::Point { position: light.position.as_dvec3(), range: None, falloff: Falloff::InverseSquare };
+        scene.lights.push(Light { color: light.candela, ..Light::of(kind) });
+    }
+    scene
+}
+
+fn camera() -> Camera {
+    let projection = Projection::perspective(FOV_Y_DEGREES);
+    Camera { projection, near: NEAR, ..Camera::looking_at(EYE, TARGET, DVec3::Y) }
+}
+
+/// Radiance through the middle of each pixel, rows from the top.
+pub fn radiance(scene: &Scene, size: [u32; 2]) -> Vec<DVec3> {
+    let reference = Reference::new(scene).expect("a sound scene");
+    let view = CameraView { camera: scene.camera, size };
+    let truth = reference.render(&view, &TruthOptions::of(Mode::Point), &|_, _| {});
+    truth.radiance.into_iter().map(DVec3::from).collect()
+}
+
+/// The place of the surface that is seen through the middle of each pixel, rows from the top.
+pub fn positions(size: [u32; 2]) -> Vec<Option<DVec3>> {
+    let scene = scene(Brdf::Lambert);
+    let reference = Reference::new(&scene).expect("a sound scene");
+    let view = CameraView { camera: scene.camera, size };
+    let pixels = (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| dvec2(f64::from(x) + 0.5, f64::from(y) + 0.5)));
+    pixels.map(|pixel| reference.surface(&view, pixel).map(|(point, ..)| point.position + EYE)).collect()
+}
+
+/// Codes of light that is linear, 0 to 1.
+pub fn codes(light: DVec3) -> [u8; 3] {
+    light.to_array().map(|channel| (encode_srgb(channel.clamp(0.0, 1.0)) * 255.0).round() as u8)
+}
