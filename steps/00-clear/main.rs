@@ -47,10 +47,9 @@ impl Frame {
     fn record(&self, gpu: &Gpu, cmd: vk::CommandBuffer) {
         // The image is new, so the barrier waits for nothing. Its texels mean nothing either: UNDEFINED lets the device drop them. Without this barrier the clear
         // would write in a layout that the image does not have.
-        let new_to_clear =
-            vk::ImageMemoryBarrier::default().image(self.picture.raw).subresource_range(self.picture.range);
-        let new_to_clear = new_to_clear.old_layout(Layout::UNDEFINED).new_layout(Layout::TRANSFER_DST_OPTIMAL);
-        let new_to_clear = [new_to_clear.dst_access_mask(Access::TRANSFER_WRITE)];
+        let to_clear = vk::ImageMemoryBarrier::default().image(self.picture.raw).subresource_range(self.picture.range);
+        let to_clear = to_clear.old_layout(Layout::UNDEFINED).new_layout(Layout::TRANSFER_DST_OPTIMAL);
+        let to_clear = [to_clear.dst_access_mask(Access::TRANSFER_WRITE)];
         // The copy reads what the clear wrote, in another layout. Commands of one stage overlap, too: without this barrier the copy may read before the clear has
         // written. Without the first mask the clear's texels may stay in a cache, without the second one the copy may read older texels out of its own.
         let read_back = vk::ImageMemoryBarrier::default().image(self.picture.raw).subresource_range(self.picture.range);
@@ -62,15 +61,7 @@ impl Frame {
         // SAFETY: the command buffer is recording, and what it names is alive.
         unsafe {
             if gpu.keep("new-to-clear", true) {
-                gpu.device.cmd_pipeline_barrier(
-                    cmd,
-                    Stage::TOP_OF_PIPE,
-                    Stage::TRANSFER,
-                    none,
-                    &[],
-                    &[],
-                    &new_to_clear,
-                );
+                gpu.device.cmd_pipeline_barrier(cmd, Stage::TOP_OF_PIPE, Stage::TRANSFER, none, &[], &[], &to_clear);
             }
             gpu.device.cmd_clear_color_image(cmd, self.picture.raw, layout, &color, &range);
             if gpu.keep("read-back", true) {

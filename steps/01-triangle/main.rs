@@ -7,6 +7,7 @@ use std::process::ExitCode;
 use afterlight_steps::{Buffer, Gpu, Image, Needs, Result, run, spirv};
 use ash::Device;
 use ash::vk::{self, AccessFlags as Access, ImageLayout as Layout, PipelineStageFlags as Stage};
+use ash::vk::{AttachmentLoadOp as LoadOp, AttachmentStoreOp as StoreOp};
 
 const SIZE: vk::Extent2D = vk::Extent2D { width: 320, height: 180 };
 /// Four bytes a pixel. The device encodes the light that it writes as sRGB, as PNG files have it.
@@ -90,9 +91,8 @@ impl Frame {
 fn render_pass(gpu: &Gpu) -> Result<vk::RenderPass> {
     // CLEAR and UNDEFINED: old texels are not needed; LOAD would draw over them. STORE: DONT_CARE would allow the device to forget the picture when the pass ends.
     // The pass leaves the picture in the layout in which the copy reads it.
-    let picture = vk::AttachmentDescription::default().format(FORMAT).samples(vk::SampleCountFlags::TYPE_1);
-    let picture = picture.load_op(vk::AttachmentLoadOp::CLEAR).store_op(vk::AttachmentStoreOp::STORE);
-    let picture = picture.initial_layout(Layout::UNDEFINED).final_layout(Layout::TRANSFER_SRC_OPTIMAL);
+    let (clear, store) = (LoadOp::CLEAR, StoreOp::STORE);
+    let attachments = [attachment(FORMAT, clear, store, [Layout::UNDEFINED, Layout::TRANSFER_SRC_OPTIMAL])];
     let color = [vk::AttachmentReference { attachment: 0, layout: Layout::COLOR_ATTACHMENT_OPTIMAL }];
     let subpass = vk::SubpassDescription::default().color_attachments(&color);
     // `reuse`: this frame overwrites the picture that the copy of the last one reads. The read must be over; it has written nothing, so it needs no mask. Without
@@ -102,15 +102,20 @@ fn render_pass(gpu: &Gpu) -> Result<vk::RenderPass> {
     let reuse = reuse.dst_access_mask(gpu.keep("reuse-write", Access::COLOR_ATTACHMENT_WRITE));
     // `read-back`: the copy reads what this subpass wrote. Without this row it may read before the triangle is there.
     let read_back = vk::SubpassDependency::default().src_subpass(0).dst_subpass(vk::SUBPASS_EXTERNAL);
-    let read_back =
-        read_back.src_stage_mask(Stage::COLOR_ATTACHMENT_OUTPUT).src_access_mask(Access::COLOR_ATTACHMENT_WRITE);
-    let read_back =
-        read_back.dst_stage_mask(Stage::TRANSFER).dst_access_mask(gpu.keep("copy-read", Access::TRANSFER_READ));
+    let read_back = read_back.src_stage_mask(Stage::COLOR_ATTACHMENT_OUTPUT).dst_stage_mask(Stage::TRANSFER);
+    let read_back = read_back.src_access_mask(Access::COLOR_ATTACHMENT_WRITE);
+    let read_back = read_back.dst_access_mask(gpu.keep("copy-read", Access::TRANSFER_READ));
     let rows = [gpu.keep("reuse", vec![reuse]), gpu.keep("read-back", vec![read_back])].concat();
-    let (attachments, subpasses) = ([picture], [subpass]);
+    let subpasses = [subpass];
     let info = vk::RenderPassCreateInfo::default().attachments(&attachments).subpasses(&subpasses).dependencies(&rows);
     // SAFETY: what the structure points to lives until the call returns.
     gpu.own("render pass", unsafe { gpu.device.create_render_pass(&info, None)? }, Device::destroy_render_pass)
+}
+
+/// An attachment with its layouts before and after the pass.
+fn attachment(format: vk::Format, load: LoadOp, store: StoreOp, layouts: [Layout; 2]) -> vk::AttachmentDescription {
+    let attachment = vk::AttachmentDescription::default().format(format).samples(vk::SampleCountFlags::TYPE_1);
+    attachment.load_op(load).store_op(store).initial_layout(layouts[0]).final_layout(layouts[1])
 }
 
 /// The images that a render pass draws to, in the order of its attachments.

@@ -8,6 +8,7 @@ use afterlight_steps::scene::{self, EYE, FOV_Y_DEGREES, NEAR, TARGET, Vertex};
 use afterlight_steps::{Buffer, Gpu, Image, Needs, Result, run, spirv};
 use ash::Device;
 use ash::vk::{self, AccessFlags as Access, ImageLayout as Layout, PipelineStageFlags as Stage};
+use ash::vk::{AttachmentLoadOp as LoadOp, AttachmentStoreOp as StoreOp};
 use glam::dcamera::rh::view::look_at_mat4;
 use glam::{DMat4, DVec3, Mat4};
 
@@ -60,7 +61,7 @@ fn draw(gpu: &Gpu) -> Result<()> {
     submit(gpu, cmd)?;
     // A file beside the picture has the floats. The picture shows -4 to 4 m along x, y and z as red, green and blue.
     let positions = &gpu.mapped(&pixels)?[(BYTES * (FRAMES - 1)) as usize..];
-    std::fs::write(gpu.picture.with_extension("f32"), &positions)?;
+    std::fs::write(gpu.picture.with_extension("f32"), positions)?;
     let codes = positions.as_chunks().0.iter().enumerate().map(|(channel, bytes)| match channel % 4 {
         3 => u8::MAX,
         _ => ((f32::from_ne_bytes(*bytes) / 8.0 + 0.5) * 255.0).round() as u8,
@@ -114,8 +115,8 @@ impl Frame {
 }
 
 /// From the world to clip space. The device divides x, y and z by w. With w the distance d along the view, x / d and y / d are a perspective, and z = near
-/// makes depth = near / d: 1 at the near plane, 0 infinitely far (reversed Z). Floats are finest around 0, where distances are long, so depth
-/// is as exact far away as near by. From 0 to 1 the other way, half of all floats would serve the first 2 near.
+/// makes depth = near / d: 1 at the near plane, 0 infinitely far away (reversed Z). Floats are finest around 0, so depth is as exact far away as near by. The
+/// other way round, d = 2 near would have a depth of 0.5, and half of the range from 0 to 1 would be left for all that is farther.
 fn clip_from_world() -> Mat4 {
     let y = 1.0 / (FOV_Y_DEGREES.to_radians() / 2.0).tan();
     let x = y * f64::from(SIZE.height) / f64::from(SIZE.width);
@@ -151,17 +152,15 @@ fn upload(gpu: &Gpu, cmd: vk::CommandBuffer, name: &str, data: &[u8]) -> Result<
 /// One subpass that draws the picture.
 fn render_pass(gpu: &Gpu) -> Result<vk::RenderPass> {
     // CLEAR and UNDEFINED: old texels are not needed; LOAD would draw over them. STORE: DONT_CARE would allow the device to forget the picture when the pass ends.
-    // The pass leaves the picture in the layout in which the copy reads it.
-    let picture = vk::AttachmentDescription::default().format(FORMAT).samples(vk::SampleCountFlags::TYPE_1);
-    let picture = picture.load_op(vk::AttachmentLoadOp::CLEAR).store_op(vk::AttachmentStoreOp::STORE);
-    let picture = picture.initial_layout(Layout::UNDEFINED).final_layout(Layout::TRANSFER_SRC_OPTIMAL);
+    // The pass leaves the picture in the layout in which the copy reads it. Nobody reads depth after the pass: DONT_CARE saves writing it to memory.
+    let (clear, store, drop) = (LoadOp::CLEAR, StoreOp::STORE, StoreOp::DONT_CARE);
+    let attachments = [
+        attachment(FORMAT, clear, store, [Layout::UNDEFINED, Layout::TRANSFER_SRC_OPTIMAL]),
+        attachment(DEPTH_FORMAT, clear, drop, [Layout::UNDEFINED, Layout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL]),
+    ];
     let color = [vk::AttachmentReference { attachment: 0, layout: Layout::COLOR_ATTACHMENT_OPTIMAL }];
-    // Nobody reads depth after the pass: DONT_CARE saves writing it to memory.
-    let depth = vk::AttachmentDescription::default().format(DEPTH_FORMAT).samples(vk::SampleCountFlags::TYPE_1);
-    let depth = depth.load_op(vk::AttachmentLoadOp::CLEAR).store_op(vk::AttachmentStoreOp::DONT_CARE);
-    let depth = depth.initial_layout(Layout::UNDEFINED).final_layout(Layout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL);
-    let depth_use = vk::AttachmentReference { attachment: 1, layout: Layout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL };
-    let subpass = vk::SubpassDescription::default().color_attachments(&color).depth_stencil_attachment(&depth_use);
+    let depth = vk::AttachmentReference { attachment: 1, layout: Layout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL };
+    let subpass = vk::SubpassDescription::default().color_attachments(&color).depth_stencil_attachment(&depth);
     // `reuse`: this frame overwrites the picture that the copy of the last one reads. The read must be over; it has written nothing, so it needs no mask. Without
     // this row the picture changes its layout, and is cleared, while the copy still reads. Depth was written last by its store, which belongs to the late tests;
     // DONT_CARE counts as a write, too. The early tests clear it.
@@ -174,15 +173,20 @@ fn render_pass(gpu: &Gpu) -> Result<vk::RenderPass> {
     );
     // `read-back`: the copy reads what this subpass wrote. Without this row it may read before the triangle is there.
     let read_back = vk::SubpassDependency::default().src_subpass(0).dst_subpass(vk::SUBPASS_EXTERNAL);
-    let read_back =
-        read_back.src_stage_mask(Stage::COLOR_ATTACHMENT_OUTPUT).src_access_mask(Access::COLOR_ATTACHMENT_WRITE);
-    let read_back =
-        read_back.dst_stage_mask(Stage::TRANSFER).dst_access_mask(gpu.keep("copy-read", Access::TRANSFER_READ));
+    let read_back = read_back.src_stage_mask(Stage::COLOR_ATTACHMENT_OUTPUT).dst_stage_mask(Stage::TRANSFER);
+    let read_back = read_back.src_access_mask(Access::COLOR_ATTACHMENT_WRITE);
+    let read_back = read_back.dst_access_mask(gpu.keep("copy-read", Access::TRANSFER_READ));
     let rows = [gpu.keep("reuse", vec![reuse]), gpu.keep("read-back", vec![read_back])].concat();
-    let (attachments, subpasses) = ([picture, depth], [subpass]);
+    let subpasses = [subpass];
     let info = vk::RenderPassCreateInfo::default().attachments(&attachments).subpasses(&subpasses).dependencies(&rows);
     // SAFETY: what the structure points to lives until the call returns.
     gpu.own("render pass", unsafe { gpu.device.create_render_pass(&info, None)? }, Device::destroy_render_pass)
+}
+
+/// An attachment with its layouts before and after the pass.
+fn attachment(format: vk::Format, load: LoadOp, store: StoreOp, layouts: [Layout; 2]) -> vk::AttachmentDescription {
+    let attachment = vk::AttachmentDescription::default().format(format).samples(vk::SampleCountFlags::TYPE_1);
+    attachment.load_op(load).store_op(store).initial_layout(layouts[0]).final_layout(layouts[1])
 }
 
 /// The images that a render pass draws to, in the order of its attachments.

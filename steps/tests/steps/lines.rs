@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 /// Each step with the one that it goes on from.
-const STEPS: [(&str, &str); 2] = [("01-triangle", "00-clear"), ("02-mesh", "01-triangle")];
+const STEPS: [(&str, &str); 3] = [("01-triangle", "00-clear"), ("02-mesh", "01-triangle"), ("03-forward", "02-mesh")];
 
 const MOST_LINES_OF_HELPER: usize = 300;
 const MOST_LINES_CHANGED: usize = 150;

@@ -109,3 +109,9 @@ fn step_02() {
         ],
     );
 }
+
+#[test]
+fn step_03() {
+    // All lights are dark: nothing fills the buffer.
+    check("step-03-forward", &[Mistake::is_unnoticed("host-to-frame", Shows::Wrong)]);
+}

@@ -1,11 +1,11 @@
 //! The picture of each step.
 
-use afterlight_scene::builtin;
+use afterlight_scene::{Brdf, builtin};
 use glam::DVec3;
 use image::RgbaImage;
 
 use crate::program::whole;
-use crate::truth::{codes, positions, radiance};
+use crate::truth::{codes, positions, radiance, scene};
 
 /// The largest difference of a channel for each pixel, in codes, rows from the top.
 fn differences(picture: &RgbaImage, expected: &[[u8; 3]]) -> Vec<u8> {
@@ -33,24 +33,42 @@ fn step_01_is_the_built_in_triangle_to_a_code() {
     assert!(most <= Some(1), "{most:?}");
 }
 
-/// Rasterization rounds corners to 1/256 pixel, which at the far end of the floor, where a pixel is a third of a metre long, is a millimetre.
-/// Measured: at most 0.26 mm, and no pixel on an edge that falls to the other side.
+/// Rasterization rounds corners to 1/256 pixel. Near the horizon a pixel is more than a metre of floor long, so the place on it moves by millimetres.
+/// Measured: at most 2.8 mm, 0.1 mm in 99 of 100 pixels, and no pixel on an edge that falls to the other side.
 #[test]
 fn step_02_writes_positions_as_rays_find_them() {
     let path = whole("step-02-mesh").path.with_extension("f32");
     let bytes = std::fs::read(path).expect("positions");
     let floats: Vec<_> = bytes.as_chunks().0.iter().map(|bytes| f32::from_ne_bytes(*bytes)).collect();
-    let (mut largest, mut elsewhere) = (0.0f64, 0);
+    let (mut errors, mut elsewhere) = (Vec::new(), 0);
     for (drawn, expected) in std::iter::zip(floats.as_chunks::<4>().0, positions([320, 180])) {
         let [x, y, z, seen] = drawn.map(f64::from);
-        match expected {
-            Some(place) if seen == 1.0 && place.distance(DVec3::new(x, y, z)) < 0.01 => {
-                largest = largest.max(place.distance(DVec3::new(x, y, z)));
-            }
+        let error = expected.map(|place| place.distance(DVec3::new(x, y, z)));
+        match error {
+            Some(error) if seen == 1.0 && error < 0.01 => errors.push(error),
             None if seen == 0.0 => {}
             _ => elsewhere += 1,
         }
     }
-    println!("measured: {largest} m, {elsewhere} pixels elsewhere");
-    assert!(largest < 4e-4 && elsewhere <= 3, "{largest} m, {elsewhere} pixels elsewhere");
+    errors.sort_by(f64::total_cmp);
+    let (largest, most) = (errors[errors.len() - 1], errors[errors.len() * 99 / 100]);
+    println!("measured: {largest:.1e} m, {most:.1e} m in 99%, {elsewhere} pixels elsewhere");
+    assert!(largest < 4e-3 && most < 2e-4 && elsewhere <= 3);
+}
+
+/// Shapes are drawn from far to near: half of the fragments that are lit are hidden in the end. Measured: no pixel differs by more than a code.
+#[test]
+fn step_03_is_the_reference_and_lights_what_nobody_sees() {
+    let step = whole("step-03-forward");
+    let lit: u32 = step.stdout.split(' ').next().and_then(|word| word.parse().ok()).expect("a count");
+    let mut scene = scene(Brdf::Lambert);
+    scene.environment.background = glam::vec3(0.02, 0.03, 0.05);
+    let radiance = radiance(&scene, [320, 180]);
+    let seen = radiance.iter().filter(|radiance| **radiance != scene.environment.background.as_dvec3()).count() as u32;
+    let expected: Vec<_> = radiance.into_iter().map(codes).collect();
+    let differences = differences(&step.picture, &expected);
+    let elsewhere = differences.iter().filter(|difference| **difference > 1).count();
+    println!("measured: {elsewhere} pixels differ by more than a code, {lit} fragments lit for {seen} seen");
+    assert!(elsewhere <= 3);
+    assert!(lit > seen * 3 / 2);
 }
