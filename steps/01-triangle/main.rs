@@ -4,7 +4,7 @@
 
 use std::process::ExitCode;
 
-use afterlight_steps::{Buffer, Gpu, Image, Needs, Result, run, spirv};
+use afterlight_steps::{Buffer, Gpu, Image, Needs, Result, entry, run};
 use ash::Device;
 use ash::vk::{self, AccessFlags as Access, ImageLayout as Layout, PipelineStageFlags as Stage};
 use ash::vk::{AttachmentLoadOp as LoadOp, AttachmentStoreOp as StoreOp};
@@ -134,8 +134,8 @@ fn layout(gpu: &Gpu) -> Result<vk::PipelineLayout> {
 }
 
 fn pipeline(gpu: &Gpu, pass: vk::RenderPass, layout: vk::PipelineLayout) -> Result<vk::Pipeline> {
-    let vertex = gpu.stage(vk::ShaderStageFlags::VERTEX, c"vertex", spirv!("vertex"))?;
-    let stages = [vertex, gpu.stage(vk::ShaderStageFlags::FRAGMENT, c"fragment", spirv!("fragment"))?];
+    let vertex = gpu.stage(vk::ShaderStageFlags::VERTEX, entry!("vertex"))?;
+    let stages = [vertex, gpu.stage(vk::ShaderStageFlags::FRAGMENT, entry!("fragment"))?];
     let input = vk::PipelineVertexInputStateCreateInfo::default();
     let assembly = vk::PipelineInputAssemblyStateCreateInfo::default().topology(vk::PrimitiveTopology::TRIANGLE_LIST);
     let viewports = [vk::Viewport::default().width(SIZE.width as f32).height(SIZE.height as f32).max_depth(1.0)];

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use afterlight_steps::scene::{self, EYE, FOV_Y_DEGREES, NEAR, TARGET, Vertex};
-use afterlight_steps::{Buffer, Gpu, Image, Needs, Result, run, spirv};
+use afterlight_steps::{Buffer, Entry, Gpu, Image, Needs, Result, entry, run};
 use ash::Device;
 use ash::vk::{self, AccessFlags as Access, ImageLayout as Layout, PipelineStageFlags as Stage};
 use ash::vk::{AttachmentLoadOp as LoadOp, AttachmentStoreOp as StoreOp};
@@ -21,6 +21,11 @@ const BYTES: u64 = SIZE.width as u64 * SIZE.height as u64 * 4;
 /// Linear light, as all colours in these steps.
 const COLOR: [f32; 4] = [0.02, 0.03, 0.05, 1.0];
 const FRAMES: u64 = 2;
+
+type Descriptors = (vk::DescriptorSetLayout, vk::DescriptorSet);
+
+/// The pipelines: name, entry points with their code, and number of targets.
+const PIPELINES: [(&str, [Entry; 2], usize); 1] = [("forward", [entry!("vertex"), entry!("forward")], 1)];
 
 /// The objects that a frame uses.
 struct Frame {
@@ -49,7 +54,7 @@ fn draw(gpu: &Gpu) -> Result<()> {
     let (set_layout, set) = descriptors(gpu, &lights)?;
     let (pass, layout) = (render_pass(gpu)?, layout(gpu, set_layout)?);
     let framebuffer = framebuffer(gpu, pass, &[picture.view, depth.view])?;
-    let pipeline = pipeline(gpu, pass, layout)?;
+    let pipeline = pipeline(gpu, pass, layout, 0)?;
     let (mesh, pixels) = (scene::mesh(), pixels(gpu, BYTES * FRAMES)?);
     let info = vk::QueryPoolCreateInfo::default().query_type(vk::QueryType::OCCLUSION);
     // SAFETY: a structure without pointers.
@@ -90,7 +95,8 @@ impl Frame {
     fn record(&self, gpu: &Gpu, cmd: vk::CommandBuffer) {
         let color = vk::ClearValue { color: vk::ClearColorValue { float32: COLOR } };
         // Reversed Z: 0 is infinitely far.
-        let clear = [color, vk::ClearValue { depth_stencil: vk::ClearDepthStencilValue { depth: 0.0, stencil: 0 } }];
+        let depth = vk::ClearValue { depth_stencil: vk::ClearDepthStencilValue { depth: 0.0, stencil: 0 } };
+        let clear = [color, depth];
         let matrix = bytes(&clip_from_world().to_cols_array(), f32::to_ne_bytes);
         let begin = vk::RenderPassBeginInfo::default().render_pass(self.pass).framebuffer(self.framebuffer);
         let begin = begin.render_area(SIZE.into()).clear_values(&clear);
@@ -180,7 +186,7 @@ fn lights(gpu: &Gpu) -> Result<Buffer> {
 }
 
 /// The set of all that fragment shaders read: binding 0 has the lights.
-fn descriptors(gpu: &Gpu, lights: &Buffer) -> Result<(vk::DescriptorSetLayout, vk::DescriptorSet)> {
+fn descriptors(gpu: &Gpu, lights: &Buffer) -> Result<Descriptors> {
     let kinds = [vk::DescriptorType::UNIFORM_BUFFER];
     let binding = vk::DescriptorSetLayoutBinding::default().stage_flags(vk::ShaderStageFlags::FRAGMENT);
     let binding = |(number, kind)| binding.binding(number).descriptor_type(kind).descriptor_count(1);
@@ -205,7 +211,8 @@ fn descriptors(gpu: &Gpu, lights: &Buffer) -> Result<(vk::DescriptorSetLayout, v
 /// One subpass that draws the picture.
 fn render_pass(gpu: &Gpu) -> Result<vk::RenderPass> {
     // CLEAR and UNDEFINED: old texels are not needed; LOAD would draw over them. STORE: DONT_CARE would allow the device to forget the picture when the pass ends.
-    // The pass leaves the picture in the layout in which the copy reads it. Nobody reads depth after the pass: DONT_CARE saves writing it to memory.
+    // The pass leaves the picture in the layout in which the copy reads it.
+    // Nobody reads depth after the pass: DONT_CARE saves writing it to memory.
     let (clear, store, drop) = (LoadOp::CLEAR, StoreOp::STORE, StoreOp::DONT_CARE);
     let attachments = [
         attachment(FORMAT, clear, store, [Layout::UNDEFINED, Layout::TRANSFER_SRC_OPTIMAL]),
@@ -215,15 +222,14 @@ fn render_pass(gpu: &Gpu) -> Result<vk::RenderPass> {
     let depth = vk::AttachmentReference { attachment: 1, layout: Layout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL };
     let subpass = vk::SubpassDescription::default().color_attachments(&color).depth_stencil_attachment(&depth);
     // `reuse`: this frame overwrites the picture that the copy of the last one reads. The read must be over; it has written nothing, so it needs no mask. Without
-    // this row the picture changes its layout, and is cleared, while the copy still reads. Depth was written last by its store, which belongs to the late tests;
-    // DONT_CARE counts as a write, too. The early tests clear it.
+    // this row the picture changes its layout, and is cleared, while the copy still reads.
+    // Depth was written last by its store, which belongs to the late tests; DONT_CARE counts as a write, too. The early tests clear it.
     let reuse = vk::SubpassDependency::default().src_subpass(vk::SUBPASS_EXTERNAL).dst_subpass(0);
     let reuse = reuse.src_stage_mask(Stage::TRANSFER | gpu.keep("last-depth", Stage::LATE_FRAGMENT_TESTS));
     let reuse = reuse.src_access_mask(gpu.keep("last-depth", Access::DEPTH_STENCIL_ATTACHMENT_WRITE));
     let reuse = reuse.dst_stage_mask(Stage::COLOR_ATTACHMENT_OUTPUT | Stage::EARLY_FRAGMENT_TESTS);
-    let reuse = reuse.dst_access_mask(
-        Access::COLOR_ATTACHMENT_WRITE | gpu.keep("clear-depth", Access::DEPTH_STENCIL_ATTACHMENT_WRITE),
-    );
+    let clear_depth = gpu.keep("clear-depth", Access::DEPTH_STENCIL_ATTACHMENT_WRITE);
+    let reuse = reuse.dst_access_mask(Access::COLOR_ATTACHMENT_WRITE | clear_depth);
     // `read-back`: the copy reads what this subpass wrote. Without this row it may read before the triangle is there.
     let read_back = vk::SubpassDependency::default().src_subpass(0).dst_subpass(vk::SUBPASS_EXTERNAL);
     let read_back = read_back.src_stage_mask(Stage::COLOR_ATTACHMENT_OUTPUT).dst_stage_mask(Stage::TRANSFER);
@@ -259,9 +265,10 @@ fn layout(gpu: &Gpu, set: vk::DescriptorSetLayout) -> Result<vk::PipelineLayout>
     gpu.own("layout", unsafe { gpu.device.create_pipeline_layout(&info, None)? }, Device::destroy_pipeline_layout)
 }
 
-fn pipeline(gpu: &Gpu, pass: vk::RenderPass, layout: vk::PipelineLayout) -> Result<vk::Pipeline> {
-    let vertex = gpu.stage(vk::ShaderStageFlags::VERTEX, c"vertex", spirv!("vertex"))?;
-    let stages = [vertex, gpu.stage(vk::ShaderStageFlags::FRAGMENT, c"fragment", spirv!("fragment"))?];
+fn pipeline(gpu: &Gpu, pass: vk::RenderPass, layout: vk::PipelineLayout, number: usize) -> Result<vk::Pipeline> {
+    let (name, [vertex, fragment], targets) = PIPELINES[number];
+    let vertex = gpu.stage(vk::ShaderStageFlags::VERTEX, vertex)?;
+    let stages = [vertex, gpu.stage(vk::ShaderStageFlags::FRAGMENT, fragment)?];
     let stride = [vk::VertexInputBindingDescription::default().stride(size_of::<Vertex>() as u32)];
     let attribute = vk::VertexInputAttributeDescription::default().format(vk::Format::R32G32B32_SFLOAT);
     // Position, normal, colour.
@@ -278,9 +285,10 @@ fn pipeline(gpu: &Gpu, pass: vk::RenderPass, layout: vk::PipelineLayout) -> Resu
     let samples = vk::PipelineMultisampleStateCreateInfo::default();
     let samples = samples.rasterization_samples(vk::SampleCountFlags::TYPE_1);
     // Reversed Z: what is nearer has a greater depth.
-    let depth = vk::PipelineDepthStencilStateCreateInfo::default().depth_test_enable(true).depth_write_enable(true);
-    let depth = depth.depth_compare_op(vk::CompareOp::GREATER);
-    let targets = [vk::PipelineColorBlendAttachmentState::default().color_write_mask(vk::ColorComponentFlags::RGBA)];
+    let depth = vk::PipelineDepthStencilStateCreateInfo::default().depth_test_enable(true);
+    let depth = depth.depth_write_enable(true).depth_compare_op(vk::CompareOp::GREATER);
+    let target = vk::PipelineColorBlendAttachmentState::default().color_write_mask(vk::ColorComponentFlags::RGBA);
+    let targets = vec![target; targets];
     let blend = vk::PipelineColorBlendStateCreateInfo::default().attachments(&targets);
     // SAFETY: what the structures point to lives until the calls return.
     unsafe {
@@ -289,7 +297,7 @@ fn pipeline(gpu: &Gpu, pass: vk::RenderPass, layout: vk::PipelineLayout) -> Resu
         let info = info.depth_stencil_state(&depth);
         let info = [info.rasterization_state(&raster).multisample_state(&samples).color_blend_state(&blend)];
         let made = gpu.device.create_graphics_pipelines(vk::PipelineCache::null(), &info, None);
-        gpu.own("mesh", made.map_err(|(_, error)| error)?[0], Device::destroy_pipeline)
+        gpu.own(name, made.map_err(|(_, error)| error)?[0], Device::destroy_pipeline)
     }
 }
 

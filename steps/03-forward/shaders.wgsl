@@ -35,6 +35,6 @@ fn lit(position: vec3<f32>, normal: vec3<f32>, albedo: vec3<f32>) -> vec3<f32> {
 }
 
 @fragment
-fn fragment(in: Varying) -> @location(0) vec4<f32> {
+fn forward(in: Varying) -> @location(0) vec4<f32> {
     return vec4(lit(in.world, normalize(in.normal), in.albedo), 1.0);
 }

@@ -12,13 +12,13 @@ use std::sync::{Mutex, PoisonError};
 
 use ash::ext::{self, debug_utils};
 use ash::vk::{self, DebugUtilsMessengerCallbackDataEXT as Data, MemoryPropertyFlags as Properties};
-use ash::{Device, Entry, Instance};
+use ash::{Device, Instance};
 use vk::{DebugUtilsMessageSeverityFlagsEXT as Severity, DebugUtilsMessageTypeFlagsEXT as Types};
 
 type Messenger = (debug_utils::Instance, vk::DebugUtilsMessengerEXT);
 type Destroy<H> = unsafe fn(&Device, H, Option<&vk::AllocationCallbacks<'_>>);
 type Destroyer = Box<dyn FnOnce(&Device)>;
-type StageInfo<'a> = vk::PipelineShaderStageCreateInfo<'a>;
+type StageInfo = vk::PipelineShaderStageCreateInfo<'static>;
 /// The result of all that can fail.
 pub type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
 
@@ -27,12 +27,16 @@ const LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
 /// Messages of the layer, oldest first.
 static MESSAGES: Mutex<Vec<String>> = Mutex::new(Vec::new());
 
-/// The SPIR-V of the entry point `$name` in the step's `shaders.wgsl`.
+/// An entry point of a shader: its name and its SPIR-V.
+pub type Entry = (&'static CStr, &'static [u8]);
+
+/// The entry point `$name` of the step's `shaders.wgsl`.
 #[macro_export]
-macro_rules! spirv {
-    ($name:literal) => {
-        include_bytes!(concat!(env!("OUT_DIR"), "/", env!("CARGO_BIN_NAME"), "/", $name, ".spv")).as_slice()
-    };
+macro_rules! entry {
+    ($name:literal) => {{
+        let Ok(name) = std::ffi::CStr::from_bytes_with_nul(concat!($name, "\0").as_bytes()) else { panic!() };
+        (name, include_bytes!(concat!(env!("OUT_DIR"), "/", env!("CARGO_BIN_NAME"), "/", $name, ".spv")).as_slice())
+    }};
 }
 
 /// Requirements of a step that not every device meets.
@@ -59,7 +63,7 @@ pub struct Gpu {
     debug: Option<(debug_utils::Instance, vk::DebugUtilsMessengerEXT, debug_utils::Device)>,
     objects: RefCell<Vec<Destroyer>>,
     // The library of the loader is closed last.
-    _entry: Entry,
+    _entry: ash::Entry,
 }
 
 /// A buffer, bound to memory of its own, and that memory as the host sees it: null where it does not.
@@ -101,7 +105,7 @@ impl Gpu {
             _ => return Err("usage: STEP [--without NAME] PICTURE.png".into()),
         };
         // SAFETY: loading the system's Vulkan loader runs its initializers, as intended.
-        let _entry = unsafe { Entry::load() }.map_err(|error| format!("there is no Vulkan loader: {error}"))?;
+        let _entry = unsafe { ash::Entry::load() }.map_err(|error| format!("there is no Vulkan loader: {error}"))?;
         let (instance, debug) = instance(&_entry, needs)?;
         // SAFETY: the instance is alive, and everything that the structures point to lives until the calls return.
         unsafe {
@@ -209,14 +213,14 @@ impl Gpu {
         Ok(unsafe { std::slice::from_raw_parts_mut(buffer.mapped.cast(), buffer.size as usize) })
     }
 
-    /// Makes the stage of a pipeline out of an entry point and its code.
-    pub fn stage<'a>(&self, stage: vk::ShaderStageFlags, entry: &'a CStr, spirv: &[u8]) -> Result<StageInfo<'a>> {
+    /// Makes the stage of a pipeline.
+    pub fn stage(&self, stage: vk::ShaderStageFlags, (name, spirv): Entry) -> Result<StageInfo> {
         let code = ash::util::read_spv(&mut std::io::Cursor::new(spirv))?;
         let info = vk::ShaderModuleCreateInfo::default().code(&code);
         // SAFETY: the shader compiler has made and checked the code.
         let module = unsafe { self.device.create_shader_module(&info, None)? };
-        let module = self.own(&entry.to_string_lossy(), module, Device::destroy_shader_module)?;
-        Ok(StageInfo::default().stage(stage).module(module).name(entry))
+        let module = self.own(&name.to_string_lossy(), module, Device::destroy_shader_module)?;
+        Ok(StageInfo::default().stage(stage).module(module).name(name))
     }
 
     /// Writes the picture: RGBA, 8 bits a channel, rows from the top.
@@ -243,7 +247,7 @@ impl Drop for Gpu {
 }
 
 /// Makes the instance. If the validation layer is installed, it checks core rules and synchronization, and its messages are collected.
-fn instance(entry: &Entry, needs: &Needs) -> Result<(Instance, Option<Messenger>)> {
+fn instance(entry: &ash::Entry, needs: &Needs) -> Result<(Instance, Option<Messenger>)> {
     let application = vk::ApplicationInfo::default().api_version(needs.api_version.max(vk::API_VERSION_1_1));
     let info = vk::InstanceCreateInfo::default().application_info(&application);
     let messenger = vk::DebugUtilsMessengerCreateInfoEXT::default()

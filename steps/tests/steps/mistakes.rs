@@ -115,3 +115,38 @@ fn step_03() {
     // All lights are dark: nothing fills the buffer.
     check("step-03-forward", &[Mistake::is_unnoticed("host-to-frame", Shows::Wrong)]);
 }
+
+#[test]
+fn step_04() {
+    check(
+        "step-04-gbuffer",
+        &[
+            Mistake::says("gbuffer-reuse", WRITE_AFTER_READ, Shows::Right),
+            Mistake::says("gbuffer-to-lighting", READ_AFTER_WRITE, Shows::Right),
+            Mistake::says("gbuffer-write", WRITE_AFTER_WRITE, Shows::Right),
+            Mistake::says("gbuffer-read", READ_AFTER_WRITE, Shows::Right),
+        ],
+    );
+}
+
+#[test]
+fn step_05() {
+    check(
+        "step-05-subpasses",
+        &[
+            Mistake::says("gbuffer-reuse", WRITE_AFTER_WRITE, Shows::Right),
+            Mistake::says("last-drop", WRITE_AFTER_WRITE, Shows::Right),
+            Mistake::says("gbuffer-to-lighting", "SYNC-HAZARD-READ-RACING-WRITE", Shows::Right),
+            // Older layers see whether two subpasses have a dependency, and not its masks.
+            Mistake { name: "gbuffer-write", older: "", newer: WRITE_AFTER_WRITE, shows: Shows::Right },
+            Mistake { name: "gbuffer-read", older: "", newer: READ_AFTER_WRITE, shows: Shows::Right },
+            // The layout changes before the shader reads, and layers take the write of DONT_CARE as ordered after the read.
+            Mistake::is_unnoticed("gbuffer-drop", Shows::Right),
+            // It is allowed, and costs bandwidth alone: a GPU with tiles writes the G-buffer to memory and reads it back.
+            Mistake::is_unnoticed("by-region", Shows::Right),
+            Mistake::is_unnoticed("drop", Shows::Right),
+            Mistake::says("reuse", WRITE_AFTER_READ, Shows::Right),
+            Mistake::says("read-back", READ_AFTER_WRITE, Shows::Right),
+        ],
+    );
+}
