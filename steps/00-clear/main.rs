@@ -79,7 +79,8 @@ impl Frame {
         // to the host, as this barrier does: without it the picture may stay in a cache of the device.
         let to_host = vk::MemoryBarrier::default().src_access_mask(Access::TRANSFER_WRITE);
         let to_host = [to_host.dst_access_mask(Access::HOST_READ)];
-        let (none, layout) = (vk::DependencyFlags::empty(), Layout::TRANSFER_SRC_OPTIMAL);
+        let none = vk::DependencyFlags::empty();
+        let layout = Layout::TRANSFER_SRC_OPTIMAL;
         // SAFETY: the command buffer is recording, and what it names is alive.
         unsafe {
             gpu.device.cmd_copy_image_to_buffer(cmd, self.picture.raw, layout, self.pixels.raw, &region);

@@ -123,7 +123,8 @@ impl Frame {
         // to the host, as this barrier does: without it the picture may stay in a cache of the device.
         let to_host = vk::MemoryBarrier::default().src_access_mask(Access::TRANSFER_WRITE);
         let to_host = [to_host.dst_access_mask(Access::HOST_READ)];
-        let (none, layout) = (vk::DependencyFlags::empty(), Layout::TRANSFER_SRC_OPTIMAL);
+        let none = vk::DependencyFlags::empty();
+        let layout = Layout::TRANSFER_SRC_OPTIMAL;
         // SAFETY: the command buffer is recording, and what it names is alive.
         unsafe {
             gpu.device.cmd_copy_image_to_buffer(cmd, self.picture.raw, layout, self.pixels.raw, &region);
@@ -157,13 +158,14 @@ fn upload(gpu: &Gpu, cmd: vk::CommandBuffer, name: &str, data: &[u8]) -> Result<
     let buffer = gpu.buffer(name, &info, vk::MemoryPropertyFlags::DEVICE_LOCAL)?;
     // `upload-to-vertices`: draws fetch what the copy wrote. Without this row the first frame may fetch before it is there, without the masks out of a stale cache.
     let row = vk::MemoryBarrier::default().src_access_mask(Access::TRANSFER_WRITE);
-    let row = row.dst_access_mask(gpu.keep("fetch", Access::VERTEX_ATTRIBUTE_READ | Access::INDEX_READ));
-    let (none, copy) = (vk::DependencyFlags::empty(), vk::BufferCopy::default().size(staging.size));
+    let row = [row.dst_access_mask(gpu.keep("fetch", Access::VERTEX_ATTRIBUTE_READ | Access::INDEX_READ))];
+    let none = vk::DependencyFlags::empty();
+    let copy = vk::BufferCopy::default().size(staging.size);
     // SAFETY: the command buffer is recording, and the buffers are alive.
     unsafe {
         gpu.device.cmd_copy_buffer(cmd, staging.raw, buffer.raw, &[copy]);
         if gpu.keep("upload-to-vertices", true) {
-            gpu.device.cmd_pipeline_barrier(cmd, Stage::TRANSFER, Stage::VERTEX_INPUT, none, &[row], &[], &[]);
+            gpu.device.cmd_pipeline_barrier(cmd, Stage::TRANSFER, Stage::VERTEX_INPUT, none, &row, &[], &[]);
         }
     }
     Ok(buffer)

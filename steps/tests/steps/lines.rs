@@ -3,12 +3,13 @@
 use std::path::{Path, PathBuf};
 
 /// Each step with the one that it goes on from.
-const STEPS: [(&str, &str); 5] = [
+const STEPS: [(&str, &str); 6] = [
     ("01-triangle", "00-clear"),
     ("02-mesh", "01-triangle"),
     ("03-forward", "02-mesh"),
     ("04-gbuffer", "03-forward"),
     ("05-subpasses", "04-gbuffer"),
+    ("05b-local-read", "05-subpasses"),
 ];
 
 const MOST_LINES_OF_HELPER: usize = 300;

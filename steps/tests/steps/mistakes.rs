@@ -1,6 +1,6 @@
 //! Deliberate mistakes: what follows if a line of a step is deleted.
 
-use crate::program::{layer, layer_text, start, whole};
+use crate::program::{Ended, layer, layer_text, start, whole_if_possible};
 use ash::vk;
 
 /// The picture without the line.
@@ -16,17 +16,15 @@ enum Shows {
 /// A line that `--without` leaves out, and what follows.
 struct Mistake {
     name: &'static str,
-    /// Part of a message of older layers (measured: 1.3.239); empty if they are silent.
-    older: &'static str,
-    /// Part of a message of newer ones (measured: 1.4.309 and 1.4.350).
-    newer: &'static str,
+    /// Part of a message of the layers 1.3.239, 1.4.309 and 1.4.363, and of those near them; empty where they are silent.
+    says: [&'static str; 3],
     shows: Shows,
 }
 
 impl Mistake {
     /// All layers say the same.
     const fn says(name: &'static str, text: &'static str, shows: Shows) -> Self {
-        Self { name, older: text, newer: text, shows }
+        Self { name, says: [text; 3], shows }
     }
 
     /// No layer notices.
@@ -34,6 +32,9 @@ impl Mistake {
         Self::says(name, "", shows)
     }
 }
+
+const FIRST_OF_NEWER: u32 = vk::make_api_version(0, 1, 4, 300);
+const FIRST_OF_NEWEST: u32 = vk::make_api_version(0, 1, 4, 330);
 
 const LAYOUT_OF_OLDER: &str = "UNASSIGNED-CoreValidation-DrawState-InvalidImageLayout";
 const LAYOUT: &str = "VUID-vkCmdDraw-None-09600";
@@ -47,11 +48,15 @@ const PICTURE_TO_HOST: Mistake = Mistake::is_unnoticed("picture-to-host", Shows:
 const FENCE: Mistake = Mistake::is_unnoticed("fence", Shows::Either);
 
 fn check(step: &str, mistakes: &[Mistake]) {
-    let right = whole(step).picture;
-    for Mistake { name, older, newer, shows } in mistakes {
+    let Some(Ended { picture: right, .. }) = whole_if_possible(step) else { return };
+    for Mistake { name, says, shows } in mistakes {
         let ended = start(step, Some(name));
         let on = format!("{step} without {name} on {}", layer_text());
-        let said = if layer() < vk::make_api_version(0, 1, 4, 300) { older } else { newer };
+        let said = match layer() {
+            ..FIRST_OF_NEWER => says[0],
+            FIRST_OF_NEWER..FIRST_OF_NEWEST => says[1],
+            FIRST_OF_NEWEST.. => says[2],
+        };
         match said.is_empty() {
             true => assert!(ended.succeeded, "{on}: expected silence, got: {}", ended.messages),
             false => assert!(ended.messages.contains(said), "{on}: expected {said}, got: {}", ended.messages),
@@ -70,7 +75,7 @@ fn step_00() {
     check(
         "step-00-clear",
         &[
-            Mistake { name: "new-to-clear", older: LAYOUT_OF_OLDER, newer: LAYOUT, shows: Shows::Right },
+            Mistake { name: "new-to-clear", says: [LAYOUT_OF_OLDER, LAYOUT, LAYOUT], shows: Shows::Right },
             Mistake::says("read-back", READ_AFTER_WRITE, Shows::Right),
             Mistake::says("clear-write", WRITE_AFTER_WRITE, Shows::Right),
             Mistake::says("copy-read", READ_AFTER_WRITE, Shows::Right),
@@ -138,14 +143,33 @@ fn step_05() {
             Mistake::says("last-drop", WRITE_AFTER_WRITE, Shows::Right),
             Mistake::says("gbuffer-to-lighting", "SYNC-HAZARD-READ-RACING-WRITE", Shows::Right),
             // Older layers see whether two subpasses have a dependency, and not its masks.
-            Mistake { name: "gbuffer-write", older: "", newer: WRITE_AFTER_WRITE, shows: Shows::Right },
-            Mistake { name: "gbuffer-read", older: "", newer: READ_AFTER_WRITE, shows: Shows::Right },
+            Mistake { name: "gbuffer-write", says: ["", WRITE_AFTER_WRITE, WRITE_AFTER_WRITE], shows: Shows::Right },
+            Mistake { name: "gbuffer-read", says: ["", READ_AFTER_WRITE, READ_AFTER_WRITE], shows: Shows::Right },
             // The layout changes before the shader reads, and layers take the write of DONT_CARE as ordered after the read.
             Mistake::is_unnoticed("gbuffer-drop", Shows::Right),
             // It is allowed, and costs bandwidth alone: a GPU with tiles writes the G-buffer to memory and reads it back.
             Mistake::is_unnoticed("by-region", Shows::Right),
             Mistake::is_unnoticed("drop", Shows::Right),
             Mistake::says("reuse", WRITE_AFTER_READ, Shows::Right),
+            Mistake::says("read-back", READ_AFTER_WRITE, Shows::Right),
+        ],
+    );
+}
+
+#[test]
+fn step_05b() {
+    check(
+        "step-05b-local-read",
+        &[
+            Mistake::says("last-drop", WRITE_AFTER_WRITE, Shows::Right),
+            Mistake::says("last-depth", WRITE_AFTER_WRITE, Shows::Right),
+            // Layers about 1.4.309 do not follow reads of attachments in a rendering.
+            Mistake { name: "gbuffer-to-lighting", says: ["", "", READ_AFTER_WRITE], shows: Shows::Right },
+            Mistake { name: "gbuffer-write", says: ["", "", READ_AFTER_WRITE], shows: Shows::Right },
+            Mistake { name: "gbuffer-read", says: ["", "", READ_AFTER_WRITE], shows: Shows::Right },
+            Mistake::is_unnoticed("gbuffer-drop", Shows::Right),
+            // Inside a rendering the flag is required.
+            Mistake::says("by-region", "VUID-vkCmdPipelineBarrier2-dependencyFlags-07891", Shows::Right),
             Mistake::says("read-back", READ_AFTER_WRITE, Shows::Right),
         ],
     );

@@ -4,7 +4,7 @@ use afterlight_scene::{Brdf, builtin};
 use glam::DVec3;
 use image::RgbaImage;
 
-use crate::program::whole;
+use crate::program::{whole, whole_if_possible};
 use crate::truth::{codes, positions, radiance, scene};
 
 /// The largest difference of a channel for each pixel, in codes, rows from the top.
@@ -93,4 +93,11 @@ fn step_05_draws_the_bytes_of_step_04_and_stores_nothing_else() {
     let (stored, dropped) = (whole("step-04-gbuffer"), whole("step-05-subpasses"));
     assert!(stored.picture == dropped.picture);
     assert!(dropped.stdout.contains("4 bytes stored a pixel"), "{}", dropped.stdout);
+}
+
+#[test]
+fn step_05b_draws_the_bytes_of_step_04() {
+    if let Some(local_read) = whole_if_possible("step-05b-local-read") {
+        assert!(local_read.picture == whole("step-04-gbuffer").picture);
+    }
 }
