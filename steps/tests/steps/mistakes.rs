@@ -174,3 +174,24 @@ fn step_05b() {
         ],
     );
 }
+
+#[test]
+fn step_06() {
+    check(
+        "step-06-lean",
+        &[
+            Mistake::says("gbuffer-to-lighting", "SYNC-HAZARD-READ-RACING-WRITE", Shows::Right),
+            Mistake { name: "depth-write", says: ["", WRITE_AFTER_WRITE, WRITE_AFTER_WRITE], shows: Shows::Right },
+            Mistake { name: "gbuffer-write", says: ["", WRITE_AFTER_WRITE, WRITE_AFTER_WRITE], shows: Shows::Right },
+            Mistake { name: "gbuffer-read", says: ["", READ_AFTER_WRITE, READ_AFTER_WRITE], shows: Shows::Right },
+        ],
+    );
+    check(
+        "step-06b-errors",
+        &[
+            // Layers take the change of layout, which comes before the tests, for what the tests wait for.
+            Mistake::is_unnoticed("depth-test", Shows::Right),
+            Mistake::is_unnoticed("errors-to-host", Shows::Right),
+        ],
+    );
+}

@@ -5,7 +5,7 @@ use glam::DVec3;
 use image::RgbaImage;
 
 use crate::program::{whole, whole_if_possible};
-use crate::truth::{codes, positions, radiance, scene};
+use crate::truth::{codes, flip_of, positions, radiance, scene};
 
 /// The largest difference of a channel for each pixel, in codes, rows from the top.
 fn differences(picture: &RgbaImage, expected: &[[u8; 3]]) -> Vec<u8> {
@@ -100,4 +100,31 @@ fn step_05b_draws_the_bytes_of_step_04() {
     if let Some(local_read) = whole_if_possible("step-05b-local-read") {
         assert!(local_read.picture == whole("step-04-gbuffer").picture);
     }
+}
+
+/// The albedo has 8 bits a channel, as the picture has. Measured: no pixel differs by more than a code, FLIP 0.0123.
+#[test]
+fn step_06_draws_the_picture_of_step_05_in_a_third_of_the_bytes() {
+    let (fat, lean) = (whole("step-05-subpasses").picture, whole("step-06-lean"));
+    let expected: Vec<_> = fat.pixels().map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect();
+    let most = differences(&lean.picture, &expected).into_iter().max().unwrap_or(0);
+    let flip = flip_of(&lean.picture, expected);
+    println!("measured: {most} codes, FLIP {flip:.5}");
+    assert!(most <= 2 && flip < 0.02);
+    assert!(lean.stdout.contains("4 bytes stored a pixel of 16"), "{}", lean.stdout);
+}
+
+/// Errors of the lean G-buffer. A normal of 2 x 16 bits is off by at most 0.0037 degrees.
+#[test]
+fn step_06b_measures_the_errors_of_step_06() {
+    let measured = whole("step-06b-errors");
+    assert!(measured.picture == whole("step-06-lean").picture);
+    let error = |of: &str| {
+        let line = measured.stdout.lines().find(|line| line.trim().starts_with(of)).expect("a line of the table");
+        line.split_whitespace().last().and_then(|word| word.parse::<f64>().ok()).expect("a number")
+    };
+    println!("measured: {}", measured.stdout);
+    assert!((1e-3..=3.7e-3).contains(&error("normal")));
+    assert!((1e-8..=1e-5).contains(&error("distance")));
+    assert!((1e-7..=1e-4).contains(&error("position")));
 }

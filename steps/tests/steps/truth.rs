@@ -2,9 +2,11 @@
 
 use afterlight_scene::{Brdf, Camera, Falloff, Light, LightKind, Material, Mesh, Object, Projection, Scene};
 use afterlight_steps::scene::{EYE, FOV_Y_DEGREES, NEAR, TARGET, lights, shapes};
+use afterlight_truth::measure::{Srgb8Image, flip};
 use afterlight_truth::reference::tonemap::encode_srgb;
 use afterlight_truth::reference::{CameraView, Mode, Reference, TruthOptions};
 use glam::{DAffine3, DVec3, dvec2};
+use image::RgbaImage;
 
 /// The scene of the steps, with one reflection model for all surfaces.
 pub fn scene(brdf: Brdf) -> Scene {
@@ -53,4 +55,11 @@ pub fn positions(size: [u32; 2]) -> Vec<Option<DVec3>> {
 /// Codes of light that is linear, 0 to 1.
 pub fn codes(light: DVec3) -> [u8; 3] {
     light.to_array().map(|channel| (encode_srgb(channel.clamp(0.0, 1.0)) * 255.0).round() as u8)
+}
+
+/// The mean error that eyes see (FLIP) of a picture against codes, 0 to 1.
+pub fn flip_of(picture: &RgbaImage, expected: Vec<[u8; 3]>) -> f64 {
+    let size = picture.dimensions().into();
+    let actual = Srgb8Image::from_rgba(size, picture.as_raw());
+    flip(&actual, &Srgb8Image { size, pixels: expected }).expect("pictures of one size").mean()
 }
