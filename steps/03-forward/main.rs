@@ -25,7 +25,7 @@ const FRAMES: u64 = 2;
 type Descriptors = (vk::DescriptorSetLayout, vk::DescriptorSet);
 
 /// The pipelines: name, entry points with their code, and number of targets.
-const PIPELINES: [(&str, [Entry; 2], usize); 1] = [("forward", [entry!("vertex"), entry!("forward")], 1)];
+const PIPELINES: [(&str, &[Entry], usize); 1] = [("forward", &[entry!("vertex"), entry!("forward")], 1)];
 
 /// The objects that a frame uses.
 struct Frame {
@@ -268,9 +268,9 @@ fn layout(gpu: &Gpu, set: vk::DescriptorSetLayout) -> Result<vk::PipelineLayout>
 }
 
 fn pipeline(gpu: &Gpu, pass: vk::RenderPass, layout: vk::PipelineLayout, number: usize) -> Result<vk::Pipeline> {
-    let (name, [vertex, fragment], targets) = PIPELINES[number];
-    let vertex = gpu.stage(vk::ShaderStageFlags::VERTEX, vertex)?;
-    let stages = [vertex, gpu.stage(vk::ShaderStageFlags::FRAGMENT, fragment)?];
+    let (name, entries, targets) = PIPELINES[number];
+    let stages = [vk::ShaderStageFlags::VERTEX, vk::ShaderStageFlags::FRAGMENT].into_iter().zip(entries);
+    let stages = stages.map(|(stage, entry)| gpu.stage(stage, *entry)).collect::<Result<Vec<_>>>()?;
     let stride = [vk::VertexInputBindingDescription::default().stride(size_of::<Vertex>() as u32)];
     let attribute = vk::VertexInputAttributeDescription::default().format(vk::Format::R32G32B32_SFLOAT);
     // Position, normal, colour.

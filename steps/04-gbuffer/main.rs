@@ -27,8 +27,10 @@ const FRAMES: u64 = 2;
 type Descriptors = (vk::DescriptorSetLayout, vk::DescriptorSet);
 
 /// The pipelines: name, entry points with their code, and number of targets.
-const PIPELINES: [(&str, [Entry; 2], usize); 2] =
-    [("geometry", [entry!("vertex"), entry!("geometry")], 3), ("lighting", [entry!("screen"), entry!("lighting")], 1)];
+const PIPELINES: [(&str, &[Entry], usize); 2] = [
+    ("geometry", &[entry!("vertex"), entry!("geometry")], 3),
+    ("lighting", &[entry!("screen"), entry!("lighting")], 1),
+];
 
 /// The objects that a frame uses.
 struct Frame {
@@ -322,9 +324,9 @@ fn layout(gpu: &Gpu, set: vk::DescriptorSetLayout) -> Result<vk::PipelineLayout>
 }
 
 fn pipeline(gpu: &Gpu, pass: vk::RenderPass, layout: vk::PipelineLayout, number: usize) -> Result<vk::Pipeline> {
-    let (name, [vertex, fragment], targets) = PIPELINES[number];
-    let vertex = gpu.stage(vk::ShaderStageFlags::VERTEX, vertex)?;
-    let stages = [vertex, gpu.stage(vk::ShaderStageFlags::FRAGMENT, fragment)?];
+    let (name, entries, targets) = PIPELINES[number];
+    let stages = [vk::ShaderStageFlags::VERTEX, vk::ShaderStageFlags::FRAGMENT].into_iter().zip(entries);
+    let stages = stages.map(|(stage, entry)| gpu.stage(stage, *entry)).collect::<Result<Vec<_>>>()?;
     // The entry point `screen` has no inputs and ignores these; lighting tests no depth.
     let stride = [vk::VertexInputBindingDescription::default().stride(size_of::<Vertex>() as u32)];
     let attribute = vk::VertexInputAttributeDescription::default().format(vk::Format::R32G32B32_SFLOAT);

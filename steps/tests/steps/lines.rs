@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 /// Each step with the one that it goes on from.
-const STEPS: [(&str, &str); 8] = [
+const STEPS: [(&str, &str); 9] = [
     ("01-triangle", "00-clear"),
     ("02-mesh", "01-triangle"),
     ("03-forward", "02-mesh"),
@@ -12,6 +12,7 @@ const STEPS: [(&str, &str); 8] = [
     ("05b-local-read", "05-subpasses"),
     ("06-lean", "05-subpasses"),
     ("06b-errors", "06-lean"),
+    ("07-hdr", "06-lean"),
 ];
 
 const MOST_LINES_OF_HELPER: usize = 300;

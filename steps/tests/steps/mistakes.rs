@@ -195,3 +195,16 @@ fn step_06() {
         ],
     );
 }
+
+#[test]
+fn step_07() {
+    check(
+        "step-07-hdr",
+        &[
+            Mistake::says("hdr-reuse", WRITE_AFTER_WRITE, Shows::Right),
+            Mistake::says("hdr-to-tonemap", "SYNC-HAZARD-READ-RACING-WRITE", Shows::Right),
+            Mistake { name: "hdr-write", says: ["", WRITE_AFTER_WRITE, WRITE_AFTER_WRITE], shows: Shows::Right },
+            Mistake { name: "hdr-read", says: ["", READ_AFTER_WRITE, READ_AFTER_WRITE], shows: Shows::Right },
+        ],
+    );
+}

@@ -1,16 +1,20 @@
 //! The scene of the steps as the reference draws it, in 64 bits.
 
-use afterlight_scene::{Brdf, Camera, Falloff, Light, LightKind, Material, Mesh, Object, Projection, Scene};
+use afterlight_scene::{Brdf, Camera, Falloff, Light, LightKind, Material, Mesh, Object, Projection, Scene, Tonemap};
 use afterlight_steps::scene::{EYE, FOV_Y_DEGREES, NEAR, TARGET, lights, shapes};
 use afterlight_truth::measure::{Srgb8Image, flip};
-use afterlight_truth::reference::tonemap::encode_srgb;
+use afterlight_truth::reference::tonemap::{encode_srgb, tone_map};
 use afterlight_truth::reference::{CameraView, Mode, Reference, TruthOptions};
-use glam::{DAffine3, DVec3, dvec2};
+use glam::{DAffine3, DVec3, Vec3, dvec2};
 use image::RgbaImage;
+
+/// The clear colour of the steps from 3 on.
+const BACKGROUND: Vec3 = Vec3::new(0.02, 0.03, 0.05);
 
 /// The scene of the steps, with one reflection model for all surfaces.
 pub fn scene(brdf: Brdf) -> Scene {
     let mut scene = Scene { camera: camera(), ..Scene::default() };
+    scene.environment.background = BACKGROUND;
     for (number, shape) in shapes().into_iter().enumerate() {
         let name = format!("shape {number}");
         let (base_color, roughness, metallic) = (shape.color, shape.roughness, shape.metallic);
@@ -50,6 +54,12 @@ pub fn positions(size: [u32; 2]) -> Vec<Option<DVec3>> {
     let view = CameraView { camera: scene.camera, size };
     let pixels = (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| dvec2(f64::from(x) + 0.5, f64::from(y) + 0.5)));
     pixels.map(|pixel| reference.surface(&view, pixel).map(|(point, ..)| point.position + EYE)).collect()
+}
+
+/// Codes of the scene's light as the steps from 7 on show it: half a nit is 1, by Khronos PBR Neutral.
+pub fn shown(scene: &Scene, size: [u32; 2]) -> Vec<[u8; 3]> {
+    let tone_mapped = |light: DVec3| tone_map::<f64>(light * 2.0, Tonemap::Neutral);
+    radiance(scene, size).into_iter().map(|light| codes(tone_mapped(light))).collect()
 }
 
 /// Codes of light that is linear, 0 to 1.
