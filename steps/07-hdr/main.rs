@@ -40,9 +40,7 @@ struct Frame {
     pass: vk::RenderPass,
     framebuffer: vk::Framebuffer,
     layout: vk::PipelineLayout,
-    pipeline: vk::Pipeline,
-    lighting: vk::Pipeline,
-    tonemap: vk::Pipeline,
+    pipelines: Vec<vk::Pipeline>,
     set: vk::DescriptorSet,
     vertices: Buffer,
     indices: Buffer,
@@ -69,8 +67,7 @@ fn draw(gpu: &Gpu) -> Result<()> {
     let (set_layout, set) = descriptors(gpu, &lights, &views[..4])?;
     let (pass, layout) = (render_pass(gpu)?, layout(gpu, set_layout)?);
     let framebuffer = framebuffer(gpu, pass, &views)?;
-    let [pipeline, lighting, tonemap] = [0, 1, 2].map(|number| pipeline(gpu, pass, layout, number));
-    let (pipeline, lighting, tonemap) = (pipeline?, lighting?, tonemap?);
+    let pipelines = (0..3).map(|number| pipeline(gpu, pass, layout, number)).collect::<Result<_>>()?;
     let (mesh, pixels) = (scene::mesh(), pixels(gpu, BYTES * FRAMES)?);
     let info = vk::QueryPoolCreateInfo::default().query_type(vk::QueryType::OCCLUSION);
     // SAFETY: a structure without pointers.
@@ -83,17 +80,16 @@ fn draw(gpu: &Gpu) -> Result<()> {
         gpu.device.begin_command_buffer(cmd, &once)?;
         let vertices = upload(gpu, cmd, "vertices", &bytes(mesh.0.as_flattened(), |value| value.to_ne_bytes()))?;
         let indices = upload(gpu, cmd, "indices", &bytes(&mesh.1, |value| value.to_ne_bytes()))?;
-        let frame =
-            Frame { pass, framebuffer, layout, pipeline, lighting, tonemap, set, vertices, indices, picture, pixels };
+        let frame = Frame { pass, framebuffer, layout, pipelines, set, vertices, indices, picture, pixels };
         gpu.device.cmd_reset_query_pool(cmd, queries, 0, FRAMES as u32);
         for number in 0..FRAMES {
             frame.record(gpu, cmd);
             gpu.device.cmd_next_subpass(cmd, vk::SubpassContents::INLINE);
             gpu.device.cmd_begin_query(cmd, queries, number as u32, vk::QueryControlFlags::PRECISE);
-            frame.screen(gpu, cmd, frame.lighting);
+            frame.screen(gpu, cmd, frame.pipelines[1]);
             gpu.device.cmd_end_query(cmd, queries, number as u32);
             gpu.device.cmd_next_subpass(cmd, vk::SubpassContents::INLINE);
-            frame.screen(gpu, cmd, frame.tonemap);
+            frame.screen(gpu, cmd, frame.pipelines[2]);
             gpu.device.cmd_end_render_pass(cmd);
             frame.copy(gpu, cmd, number);
         }
@@ -126,7 +122,7 @@ impl Frame {
         // SAFETY: the command buffer is recording, and what it names is alive.
         unsafe {
             gpu.device.cmd_begin_render_pass(cmd, &begin, vk::SubpassContents::INLINE);
-            gpu.device.cmd_bind_pipeline(cmd, vk::PipelineBindPoint::GRAPHICS, self.pipeline);
+            gpu.device.cmd_bind_pipeline(cmd, vk::PipelineBindPoint::GRAPHICS, self.pipelines[0]);
             gpu.device.cmd_push_constants(cmd, self.layout, vk::ShaderStageFlags::ALL_GRAPHICS, 0, &camera);
             let sets = [self.set];
             gpu.device.cmd_bind_descriptor_sets(cmd, vk::PipelineBindPoint::GRAPHICS, self.layout, 0, &sets, &[]);

@@ -15,6 +15,11 @@ pub const FOV_Y_DEGREES: f64 = 40.0;
 /// The distance of the near plane. There is no far plane.
 pub const NEAR: f64 = 0.1;
 
+/// The direction towards the sun of step 8, of length 1.
+pub const SUN: DVec3 = DVec3::new(-0.48, 0.64, -0.6);
+/// Lux of the sun on a surface that faces it: red, green, blue.
+pub const SUN_LUX: Vec3 = Vec3::new(3.0, 2.8, 2.3);
+
 /// A surface of one material, as indexed triangles whose fronts are counter-clockwise.
 #[derive(Default)]
 pub struct Shape {
@@ -73,12 +78,12 @@ pub fn mesh() -> (Vec<Vertex>, Vec<u32>) {
     (vertices, indices)
 }
 
-/// 64 lights between the shapes, of 0.4 to 1.2 candela in each channel.
+/// 64 lights between the shapes, of 0.25 to 0.75 candela in each channel.
 pub fn lights() -> Vec<Light> {
     let light = |number: u32| {
         let place = vec3((number % 8) as f32 - 3.5, 0.0, (number / 8) as f32 - 3.5) * 1.6;
         let position = place + Vec3::Y * (0.4 + 0.1 * (number * 5 % 8) as f32);
-        Light { position, candela: (hue(number as f32 * 0.618) + 0.5) * 0.8 }
+        Light { position, candela: (hue(number as f32 * 0.618) + 0.5) * 0.5 }
     };
     (0..64).map(light).collect()
 }

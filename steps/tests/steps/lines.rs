@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 /// Each step with the one that it goes on from.
-const STEPS: [(&str, &str); 9] = [
+const STEPS: [(&str, &str); 10] = [
     ("01-triangle", "00-clear"),
     ("02-mesh", "01-triangle"),
     ("03-forward", "02-mesh"),
@@ -13,6 +13,7 @@ const STEPS: [(&str, &str); 9] = [
     ("06-lean", "05-subpasses"),
     ("06b-errors", "06-lean"),
     ("07-hdr", "06-lean"),
+    ("08-shadow", "07-hdr"),
 ];
 
 const MOST_LINES_OF_HELPER: usize = 300;

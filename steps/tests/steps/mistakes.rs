@@ -208,3 +208,18 @@ fn step_07() {
         ],
     );
 }
+
+#[test]
+fn step_08() {
+    check(
+        "step-08-shadow",
+        &[
+            Mistake::says("shadow-reuse", WRITE_AFTER_READ, Shows::Right),
+            Mistake::says("shadow-to-lighting", READ_AFTER_WRITE, Shows::Right),
+            Mistake::says("shadow-write", WRITE_AFTER_WRITE, Shows::Right),
+            Mistake::says("shadow-read", READ_AFTER_WRITE, Shows::Right),
+            // Surfaces shadow themselves, in stripes.
+            Mistake::is_unnoticed("bias", Shows::Wrong),
+        ],
+    );
+}

@@ -1,7 +1,7 @@
 //! The scene of the steps as the reference draws it, in 64 bits.
 
 use afterlight_scene::{Brdf, Camera, Falloff, Light, LightKind, Material, Mesh, Object, Projection, Scene, Tonemap};
-use afterlight_steps::scene::{EYE, FOV_Y_DEGREES, NEAR, TARGET, lights, shapes};
+use afterlight_steps::scene::{EYE, FOV_Y_DEGREES, NEAR, SUN, SUN_LUX, TARGET, lights, shapes};
 use afterlight_truth::measure::{Srgb8Image, flip};
 use afterlight_truth::reference::tonemap::{encode_srgb, tone_map};
 use afterlight_truth::reference::{CameraView, Mode, Reference, TruthOptions};
@@ -32,6 +32,12 @@ pub fn scene(brdf: Brdf) -> Scene {
         scene.lights.push(Light { color: light.candela, ..Light::of(kind) });
     }
     scene
+}
+
+/// The sun of step 8. It alone casts shadows.
+pub fn sun() -> Light {
+    let kind = LightKind::Directional { direction: -SUN };
+    Light { color: SUN_LUX, casts_shadow: true, ..Light::of(kind) }
 }
 
 fn camera() -> Camera {
