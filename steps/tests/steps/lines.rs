@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 /// Each step with the one that it goes on from.
-const STEPS: [(&str, &str); 10] = [
+const STEPS: [(&str, &str); 11] = [
     ("01-triangle", "00-clear"),
     ("02-mesh", "01-triangle"),
     ("03-forward", "02-mesh"),
@@ -14,6 +14,7 @@ const STEPS: [(&str, &str); 10] = [
     ("06b-errors", "06-lean"),
     ("07-hdr", "06-lean"),
     ("08-shadow", "07-hdr"),
+    ("09-in-flight", "08-shadow"),
 ];
 
 const MOST_LINES_OF_HELPER: usize = 300;

@@ -223,3 +223,13 @@ fn step_08() {
         ],
     );
 }
+
+/// No layer sees what the host writes. The program finds a frame that differs.
+#[test]
+fn step_09() {
+    const DIFFERS: &str = "differs from the one that was drawn alone";
+    check(
+        "step-09-in-flight",
+        &[Mistake::says("frame-to-host", DIFFERS, Shows::Either), Mistake::says("own-lights", DIFFERS, Shows::Either)],
+    );
+}

@@ -157,3 +157,12 @@ fn step_08_is_the_reference_by_flip_but_for_the_edges_of_shadows() {
     println!("measured: FLIP {without:.5} without shadows");
     assert!(without > 3.0 * flip);
 }
+
+/// The program itself compares the frames, and fails if one differs.
+#[test]
+fn step_09_draws_the_same_100_frames_with_two_in_flight_as_one_at_a_time() {
+    let step = whole("step-09-in-flight");
+    assert!(step.stdout.contains("100 frames: "), "{}", step.stdout);
+    let colors: std::collections::HashSet<_> = step.picture.pixels().collect();
+    assert!(step.picture.dimensions() == (160, 90) && colors.len() > 1000);
+}
