@@ -39,7 +39,7 @@ fn draw(gpu: &Gpu) -> Result<()> {
         gpu.device.end_command_buffer(cmd)?;
     }
     submit(gpu, cmd)?;
-    gpu.save(SIZE, gpu.mapped(&frame.pixels)?)
+    gpu.save(SIZE, &gpu.read(&frame.pixels)?)
 }
 
 impl Frame {

@@ -49,7 +49,7 @@ fn draw(gpu: &Gpu) -> Result<()> {
         gpu.device.end_command_buffer(cmd)?;
     }
     submit(gpu, cmd)?;
-    gpu.save(SIZE, &gpu.mapped(&frame.pixels)?[(BYTES * (FRAMES - 1)) as usize..])
+    gpu.save(SIZE, &gpu.read(&frame.pixels)?[(BYTES * (FRAMES - 1)) as usize..])
 }
 
 impl Frame {
@@ -101,7 +101,7 @@ fn render_pass(gpu: &Gpu) -> Result<vk::RenderPass> {
     let reuse = vk::SubpassDependency::default().src_subpass(vk::SUBPASS_EXTERNAL).dst_subpass(0);
     let reuse = reuse.src_stage_mask(Stage::TRANSFER).dst_stage_mask(Stage::COLOR_ATTACHMENT_OUTPUT);
     let reuse = reuse.dst_access_mask(gpu.keep("reuse-write", Access::COLOR_ATTACHMENT_WRITE));
-    // `read-back`: the copy reads what this subpass wrote. Without this row it may read before the triangle is there.
+    // `read-back`: the copy reads what this subpass wrote. Without this row it may read before the picture is there.
     let read_back = vk::SubpassDependency::default().src_subpass(0).dst_subpass(vk::SUBPASS_EXTERNAL);
     let read_back = read_back.src_stage_mask(Stage::COLOR_ATTACHMENT_OUTPUT).dst_stage_mask(Stage::TRANSFER);
     let read_back = read_back.src_access_mask(Access::COLOR_ATTACHMENT_WRITE);

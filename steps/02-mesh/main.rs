@@ -60,7 +60,7 @@ fn draw(gpu: &Gpu) -> Result<()> {
     }
     submit(gpu, cmd)?;
     // A file beside the picture has the floats. The picture shows -4 to 4 m along x, y and z as red, green and blue.
-    let positions = &gpu.mapped(&pixels)?[(BYTES * (FRAMES - 1)) as usize..];
+    let positions = &gpu.read(&pixels)?[(BYTES * (FRAMES - 1)) as usize..];
     std::fs::write(gpu.picture.with_extension("f32"), positions)?;
     let codes = positions.as_chunks().0.iter().enumerate().map(|(channel, bytes)| match channel % 4 {
         3 => u8::MAX,
@@ -116,7 +116,7 @@ impl Frame {
     }
 }
 
-/// From the world to clip space. The device divides x, y and z by w. With w the distance d along the view, x / d and y / d are a perspective, and z = near
+/// Maps the world to clip space. The device divides x, y and z by w. With w the distance d along the view, x / d and y / d are a perspective, and z = near
 /// makes depth = near / d: 1 at the near plane, 0 infinitely far away (reversed Z). Floats are finest around 0, so depth is as exact far away as near by. The
 /// other way round, d = 2 near would have a depth of 0.5, and half of the range from 0 to 1 would be left for all that is farther.
 fn clip_from_world() -> Mat4 {
@@ -133,7 +133,7 @@ fn upload(gpu: &Gpu, cmd: vk::CommandBuffer, name: &str, data: &[u8]) -> Result<
     let info = vk::BufferCreateInfo::default().size(data.len() as u64);
     let host = vk::MemoryPropertyFlags::HOST_VISIBLE | vk::MemoryPropertyFlags::HOST_COHERENT;
     let staging = gpu.buffer("staging", &info.usage(vk::BufferUsageFlags::TRANSFER_SRC), host)?;
-    gpu.mapped(&staging)?.copy_from_slice(data);
+    gpu.write(&staging, data)?;
     let usage = vk::BufferUsageFlags::VERTEX_BUFFER | vk::BufferUsageFlags::INDEX_BUFFER;
     let info = info.usage(usage | vk::BufferUsageFlags::TRANSFER_DST);
     let buffer = gpu.buffer(name, &info, vk::MemoryPropertyFlags::DEVICE_LOCAL)?;
@@ -174,7 +174,7 @@ fn render_pass(gpu: &Gpu) -> Result<vk::RenderPass> {
     let reuse = reuse.dst_stage_mask(Stage::COLOR_ATTACHMENT_OUTPUT | Stage::EARLY_FRAGMENT_TESTS);
     let clear_depth = gpu.keep("clear-depth", Access::DEPTH_STENCIL_ATTACHMENT_WRITE);
     let reuse = reuse.dst_access_mask(Access::COLOR_ATTACHMENT_WRITE | clear_depth);
-    // `read-back`: the copy reads what this subpass wrote. Without this row it may read before the triangle is there.
+    // `read-back`: the copy reads what this subpass wrote. Without this row it may read before the picture is there.
     let read_back = vk::SubpassDependency::default().src_subpass(0).dst_subpass(vk::SUBPASS_EXTERNAL);
     let read_back = read_back.src_stage_mask(Stage::COLOR_ATTACHMENT_OUTPUT).dst_stage_mask(Stage::TRANSFER);
     let read_back = read_back.src_access_mask(Access::COLOR_ATTACHMENT_WRITE);
@@ -224,7 +224,7 @@ fn pipeline(gpu: &Gpu, pass: vk::RenderPass, layout: vk::PipelineLayout) -> Resu
     let raster = raster.front_face(vk::FrontFace::COUNTER_CLOCKWISE);
     let samples = vk::PipelineMultisampleStateCreateInfo::default();
     let samples = samples.rasterization_samples(vk::SampleCountFlags::TYPE_1);
-    // Reversed Z: what is nearer has a greater depth.
+    // Reversed Z: nearer surfaces have a greater depth.
     let depth = vk::PipelineDepthStencilStateCreateInfo::default().depth_test_enable(true);
     let depth = depth.depth_write_enable(true).depth_compare_op(vk::CompareOp::GREATER);
     let targets = [vk::PipelineColorBlendAttachmentState::default().color_write_mask(vk::ColorComponentFlags::RGBA)];

@@ -93,7 +93,7 @@ fn draw(gpu: &Gpu) -> Result<()> {
     // SAFETY: the queries have ended, as the fence says.
     unsafe { gpu.device.get_query_pool_results(queries, 0, &mut lit, vk::QueryResultFlags::empty())? };
     println!("{} fragments of {} pixels lit by 64 lights, {time:.1?} a frame", lit[0], SIZE.width * SIZE.height);
-    gpu.save(SIZE, &gpu.mapped(&pixels)?[(BYTES * (FRAMES - 1)) as usize..])
+    gpu.save(SIZE, &gpu.read(&pixels)?[(BYTES * (FRAMES - 1)) as usize..])
 }
 
 fn bytes<T: Copy>(values: &[T], bytes: impl Fn(T) -> [u8; 4]) -> Vec<u8> {
@@ -160,7 +160,7 @@ impl Frame {
     }
 }
 
-/// From the world to clip space. The device divides x, y and z by w. With w the distance d along the view, x / d and y / d are a perspective, and z = near
+/// Maps the world to clip space. The device divides x, y and z by w. With w the distance d along the view, x / d and y / d are a perspective, and z = near
 /// makes depth = near / d: 1 at the near plane, 0 infinitely far away (reversed Z). Floats are finest around 0, so depth is as exact far away as near by. The
 /// other way round, d = 2 near would have a depth of 0.5, and half of the range from 0 to 1 would be left for all that is farther.
 fn clip_from_world() -> Mat4 {
@@ -177,7 +177,7 @@ fn upload(gpu: &Gpu, cmd: vk::CommandBuffer, name: &str, data: &[u8]) -> Result<
     let info = vk::BufferCreateInfo::default().size(data.len() as u64);
     let host = vk::MemoryPropertyFlags::HOST_VISIBLE | vk::MemoryPropertyFlags::HOST_COHERENT;
     let staging = gpu.buffer("staging", &info.usage(vk::BufferUsageFlags::TRANSFER_SRC), host)?;
-    gpu.mapped(&staging)?.copy_from_slice(data);
+    gpu.write(&staging, data)?;
     let usage = vk::BufferUsageFlags::VERTEX_BUFFER | vk::BufferUsageFlags::INDEX_BUFFER;
     let info = info.usage(usage | vk::BufferUsageFlags::TRANSFER_DST);
     let buffer = gpu.buffer(name, &info, vk::MemoryPropertyFlags::DEVICE_LOCAL)?;
@@ -207,12 +207,12 @@ fn lights(gpu: &Gpu) -> Result<Buffer> {
     let host = vk::MemoryPropertyFlags::HOST_VISIBLE | vk::MemoryPropertyFlags::HOST_COHERENT;
     let buffer = gpu.buffer("lights", &info, host)?;
     if gpu.keep("host-to-frame", true) {
-        gpu.mapped(&buffer)?.copy_from_slice(&bytes(&floats, f32::to_ne_bytes));
+        gpu.write(&buffer, &bytes(&floats, f32::to_ne_bytes))?;
     }
     Ok(buffer)
 }
 
-/// The set of all that fragment shaders read: binding 0 has the lights, 1 to 3 the G-buffer.
+/// The descriptor set of all that fragment shaders read: binding 0 has the lights, 1 to 3 the G-buffer.
 fn descriptors(gpu: &Gpu, lights: &Buffer, gbuffer: &[vk::ImageView]) -> Result<Descriptors> {
     let image = vk::DescriptorType::SAMPLED_IMAGE;
     let kinds = [vk::DescriptorType::UNIFORM_BUFFER, image, image, image];
@@ -289,7 +289,7 @@ fn lighting_pass(gpu: &Gpu) -> Result<vk::RenderPass> {
     let reuse = vk::SubpassDependency::default().src_subpass(vk::SUBPASS_EXTERNAL).dst_subpass(0);
     let reuse = reuse.src_stage_mask(Stage::TRANSFER).dst_stage_mask(Stage::COLOR_ATTACHMENT_OUTPUT);
     let reuse = reuse.dst_access_mask(Access::COLOR_ATTACHMENT_WRITE);
-    // `read-back`: the copy reads what this subpass wrote. Without this row it may read before the triangle is there.
+    // `read-back`: the copy reads what this subpass wrote. Without this row it may read before the picture is there.
     let read_back = vk::SubpassDependency::default().src_subpass(0).dst_subpass(vk::SUBPASS_EXTERNAL);
     let read_back = read_back.src_stage_mask(Stage::COLOR_ATTACHMENT_OUTPUT).dst_stage_mask(Stage::TRANSFER);
     let read_back = read_back.src_access_mask(Access::COLOR_ATTACHMENT_WRITE);
@@ -343,7 +343,7 @@ fn pipeline(gpu: &Gpu, pass: vk::RenderPass, layout: vk::PipelineLayout, number:
     let raster = raster.front_face(vk::FrontFace::COUNTER_CLOCKWISE);
     let samples = vk::PipelineMultisampleStateCreateInfo::default();
     let samples = samples.rasterization_samples(vk::SampleCountFlags::TYPE_1);
-    // Reversed Z: what is nearer has a greater depth.
+    // Reversed Z: nearer surfaces have a greater depth.
     let depth = vk::PipelineDepthStencilStateCreateInfo::default().depth_test_enable(true);
     let depth = depth.depth_write_enable(true).depth_compare_op(vk::CompareOp::GREATER);
     let target = vk::PipelineColorBlendAttachmentState::default().color_write_mask(vk::ColorComponentFlags::RGBA);

@@ -38,7 +38,7 @@ const PIPELINES: [(&str, &[Entry], usize); 4] = [
     ("shadow", &[entry!("vertex")], 0),
 ];
 
-/// The objects that a frame uses. Those that the host writes belong to one frame in flight: commands, lights with their set, pixels. The others serve all.
+/// The objects that a frame uses. Commands, lights with their set, and pixels belong to one frame in flight, since the host uses them. All frames share the rest.
 struct Frame {
     pass: vk::RenderPass,
     framebuffer: vk::Framebuffer,
@@ -91,7 +91,7 @@ fn draw(gpu: &Gpu) -> Result<()> {
     };
     submit(gpu, cmd)?;
     let frame = |number: usize| -> Result<Frame> {
-        // With the lights of the other one, frames are lit by those of the next.
+        // A frame that shares the lights of the other one is lit as the next frame should be.
         let own = if gpu.keep("own-lights", true) { number } else { 0 };
         let (set, lights, pixels, pipelines) = (sets[own].1, lights[own], pixels(gpu, BYTES)?, pipelines.clone());
         let info = vk::FenceCreateInfo::default().flags(vk::FenceCreateFlags::SIGNALED);
@@ -132,7 +132,7 @@ fn animate(gpu: &Gpu, frames: &[Frame]) -> Result<Vec<Vec<u8>>> {
         let (commands, cmd) = ([frame.cmd], frame.cmd);
         let lights = bytes(&lights_at(number), f32::to_ne_bytes);
         if !gpu.keep("frame-to-host", true) {
-            gpu.mapped(&frame.lights)?.copy_from_slice(&lights);
+            gpu.write(&frame.lights, &lights)?;
         }
         // SAFETY: the commands are recorded anew when the device is done with them, and what they name lives until it is idle.
         unsafe {
@@ -140,11 +140,11 @@ fn animate(gpu: &Gpu, frames: &[Frame]) -> Result<Vec<Vec<u8>>> {
             // write what the device still reads. No barrier can help: those order the device's work alone.
             gpu.device.wait_for_fences(&[frame.done], true, u64::MAX)?;
             if number >= frames.len() {
-                pictures.push(gpu.mapped(&frame.pixels)?.to_vec());
+                pictures.push(gpu.read(&frame.pixels)?);
             }
             if number < FRAMES {
                 gpu.device.reset_fences(&[frame.done])?;
-                gpu.mapped(&frame.lights)?.copy_from_slice(&lights);
+                gpu.write(&frame.lights, &lights)?;
                 gpu.device.begin_command_buffer(cmd, &once)?;
                 frame.cast(gpu, cmd);
                 frame.record(gpu, cmd);
@@ -241,7 +241,7 @@ impl Frame {
     }
 }
 
-/// From the world to clip space. The device divides x, y and z by w. With w the distance d along the view, x / d and y / d are a perspective, and z = near
+/// Maps the world to clip space. The device divides x, y and z by w. With w the distance d along the view, x / d and y / d are a perspective, and z = near
 /// makes depth = near / d: 1 at the near plane, 0 infinitely far away (reversed Z). Floats are finest around 0, so depth is as exact far away as near by. The
 /// other way round, d = 2 near would have a depth of 0.5, and half of the range from 0 to 1 would be left for all that is farther.
 fn clip_from_world() -> Mat4 {
@@ -265,7 +265,7 @@ fn camera() -> Vec<f32> {
     [&clip_from_world().to_cols_array()[..], vectors.as_flattened()].concat()
 }
 
-/// From the world to the shadow map. The sun's rays are parallel, so depth is linear: from 1, 12 m towards the sun from the scene's middle, to 0, 12 m away from it.
+/// Maps the world to the shadow map. The sun's rays are parallel, so depth is linear: from 1, 12 m towards the sun from the scene's middle, to 0, 12 m away from it.
 fn map_from_world() -> Mat4 {
     let columns =
         [[1.0 / 6.0, 0.0, 0.0, 0.0], [0.0, -1.0 / 6.0, 0.0, 0.0], [0.0, 0.0, 1.0 / 24.0, 0.0], [0.0, 0.0, 0.5, 1.0]];
@@ -278,7 +278,7 @@ fn upload(gpu: &Gpu, cmd: vk::CommandBuffer, name: &str, data: &[u8]) -> Result<
     let info = vk::BufferCreateInfo::default().size(data.len() as u64);
     let host = vk::MemoryPropertyFlags::HOST_VISIBLE | vk::MemoryPropertyFlags::HOST_COHERENT;
     let staging = gpu.buffer("staging", &info.usage(vk::BufferUsageFlags::TRANSFER_SRC), host)?;
-    gpu.mapped(&staging)?.copy_from_slice(data);
+    gpu.write(&staging, data)?;
     let usage = vk::BufferUsageFlags::VERTEX_BUFFER | vk::BufferUsageFlags::INDEX_BUFFER;
     let info = info.usage(usage | vk::BufferUsageFlags::TRANSFER_DST);
     let buffer = gpu.buffer(name, &info, vk::MemoryPropertyFlags::DEVICE_LOCAL)?;
@@ -314,7 +314,7 @@ fn lights(gpu: &Gpu) -> Result<Buffer> {
     gpu.buffer("lights", &info, vk::MemoryPropertyFlags::HOST_VISIBLE | vk::MemoryPropertyFlags::HOST_COHERENT)
 }
 
-/// The set of all that fragment shaders read: binding 0 has the lights, 1 to 3 depth and the G-buffer, 4 the light, 5 the shadow map.
+/// The descriptor set of all that fragment shaders read: binding 0 has the lights, 1 to 3 depth and the G-buffer, 4 the light, 5 the shadow map.
 fn descriptors(gpu: &Gpu, lights: &Buffer, gbuffer: &[vk::ImageView]) -> Result<Descriptors> {
     let image = vk::DescriptorType::INPUT_ATTACHMENT;
     let kinds = [vk::DescriptorType::UNIFORM_BUFFER, image, image, image, image, vk::DescriptorType::SAMPLED_IMAGE];
@@ -409,7 +409,7 @@ fn render_pass(gpu: &Gpu) -> Result<vk::RenderPass> {
     // `gbuffer-to-lighting`: a pixel reads what geometry wrote there, and as the last user drops it, which is a write. BY_REGION: a pixel waits for its own region
     // alone. Without that flag all pixels wait for all, and the G-buffer has to leave the tile.
     let read = vk::SubpassDependency::default().src_subpass(0).dst_subpass(1);
-    // Early and late tests write depth, so both must be over. Its drop belongs to the late ones.
+    // Early and late tests write depth, so both must be over. The drop of depth belongs to the late tests.
     let tests = Stage::EARLY_FRAGMENT_TESTS | Stage::LATE_FRAGMENT_TESTS;
     let read = read.src_stage_mask(Stage::COLOR_ATTACHMENT_OUTPUT | gpu.keep("depth-write", tests));
     let last = Stage::COLOR_ATTACHMENT_OUTPUT | Stage::LATE_FRAGMENT_TESTS;
@@ -437,7 +437,7 @@ fn render_pass(gpu: &Gpu) -> Result<vk::RenderPass> {
     let again = vk::SubpassDependency::default().src_subpass(vk::SUBPASS_EXTERNAL).dst_subpass(2);
     let again = again.src_stage_mask(Stage::TRANSFER).dst_stage_mask(Stage::COLOR_ATTACHMENT_OUTPUT);
     let again = again.dst_access_mask(Access::COLOR_ATTACHMENT_WRITE);
-    // `read-back`: the copy reads what this subpass wrote. Without this row it may read before the triangle is there.
+    // `read-back`: the copy reads what this subpass wrote. Without this row it may read before the picture is there.
     let read_back = vk::SubpassDependency::default().src_subpass(2).dst_subpass(vk::SUBPASS_EXTERNAL);
     let read_back = read_back.src_stage_mask(Stage::COLOR_ATTACHMENT_OUTPUT).dst_stage_mask(Stage::TRANSFER);
     let read_back = read_back.src_access_mask(Access::COLOR_ATTACHMENT_WRITE);
@@ -504,7 +504,7 @@ fn pipeline(gpu: &Gpu, pass: vk::RenderPass, layout: vk::PipelineLayout, number:
     let raster = raster.depth_bias_enable(number == 3 && gpu.keep("bias", true)).depth_bias_slope_factor(-2.5);
     let samples = vk::PipelineMultisampleStateCreateInfo::default();
     let samples = samples.rasterization_samples(vk::SampleCountFlags::TYPE_1);
-    // Reversed Z: what is nearer has a greater depth.
+    // Reversed Z: nearer surfaces have a greater depth.
     let depth = vk::PipelineDepthStencilStateCreateInfo::default().depth_test_enable(true);
     let depth = depth.depth_write_enable(true).depth_compare_op(vk::CompareOp::GREATER);
     let target = vk::PipelineColorBlendAttachmentState::default().color_write_mask(vk::ColorComponentFlags::RGBA);

@@ -23,7 +23,6 @@ type StageInfo = vk::PipelineShaderStageCreateInfo<'static>;
 pub type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
 
 const LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
-
 /// Messages of the layer, oldest first.
 static MESSAGES: Mutex<Vec<String>> = Mutex::new(Vec::new());
 
@@ -66,12 +65,12 @@ pub struct Gpu {
     _entry: ash::Entry,
 }
 
-/// A buffer, bound to memory of its own, and that memory as the host sees it: null where it does not.
+/// A buffer, bound to memory of its own, and that memory as the host sees it, if it does.
 #[derive(Clone, Copy)]
 pub struct Buffer {
     pub raw: vk::Buffer,
     pub size: u64,
-    mapped: *mut c_void,
+    mapped: Option<*mut u8>,
 }
 
 /// An image, bound to memory of its own, with a view of all of it: null for an image that is only copied.
@@ -161,10 +160,8 @@ impl Gpu {
             let raw = self.own(name, self.device.create_buffer(info, None)?, Device::destroy_buffer)?;
             let memory = self.memory(name, self.device.get_buffer_memory_requirements(raw), &[properties])?;
             self.device.bind_buffer_memory(raw, memory, 0)?;
-            let mapped = match properties.contains(Properties::HOST_VISIBLE) {
-                true => self.device.map_memory(memory, 0, info.size, vk::MemoryMapFlags::empty())?,
-                false => std::ptr::null_mut(),
-            };
+            let map = || self.device.map_memory(memory, 0, info.size, vk::MemoryMapFlags::empty());
+            let mapped = properties.contains(Properties::HOST_VISIBLE).then(map).transpose()?.map(<*mut c_void>::cast);
             Ok(Buffer { raw, size: info.size, mapped })
         }
     }
@@ -203,14 +200,20 @@ impl Gpu {
         self.own(name, unsafe { self.device.allocate_memory(&info, None)? }, Device::free_memory)
     }
 
-    /// The bytes of a buffer that the host sees. No submission that writes them may run, nor one that reads them while they are written.
-    #[allow(clippy::mut_from_ref)]
-    pub fn mapped(&self, buffer: &Buffer) -> Result<&mut [u8]> {
-        if buffer.mapped.is_null() {
-            return Err("the host does not see this buffer".into());
-        }
+    /// Writes to a buffer that the host sees.
+    pub fn write(&self, buffer: &Buffer, bytes: &[u8]) -> Result<()> {
+        let mapped = buffer.mapped.filter(|_| bytes.len() as u64 <= buffer.size);
+        let mapped = mapped.ok_or("the host does not see this buffer, or it is too small")?;
+        // SAFETY: the memory is mapped, has room, and lives as long as `self`.
+        unsafe { mapped.copy_from_nonoverlapping(bytes.as_ptr(), bytes.len()) };
+        Ok(())
+    }
+
+    /// Reads a buffer that the host sees.
+    pub fn read(&self, buffer: &Buffer) -> Result<Vec<u8>> {
+        let mapped = buffer.mapped.ok_or("the host does not see this buffer")?;
         // SAFETY: the memory is mapped, as large, and lives as long as `self`.
-        Ok(unsafe { std::slice::from_raw_parts_mut(buffer.mapped.cast(), buffer.size as usize) })
+        Ok(unsafe { std::slice::from_raw_parts(mapped, buffer.size as usize) }.to_vec())
     }
 
     /// Makes the stage of a pipeline.
