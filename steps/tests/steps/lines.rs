@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 /// Each step with the one that it goes on from.
-const STEPS: [(&str, &str); 11] = [
+const STEPS: [(&str, &str); 13] = [
     ("01-triangle", "00-clear"),
     ("02-mesh", "01-triangle"),
     ("03-forward", "02-mesh"),
@@ -15,6 +15,8 @@ const STEPS: [(&str, &str); 11] = [
     ("07-hdr", "06-lean"),
     ("08-shadow", "07-hdr"),
     ("09-in-flight", "08-shadow"),
+    ("11-rows", "09-in-flight"),
+    ("11b-proof", "11-rows"),
 ];
 
 const MOST_LINES_OF_HELPER: usize = 300;

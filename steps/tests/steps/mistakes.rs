@@ -1,6 +1,6 @@
 //! Deliberate mistakes: what follows if a line of a step is deleted.
 
-use crate::program::{layer, layer_text, start, whole_if_possible};
+use crate::program::{FIRST_OF_NEWER, layer, layer_text, start, whole_if_possible};
 use ash::vk;
 
 /// The picture without the line.
@@ -33,7 +33,6 @@ impl Mistake {
     }
 }
 
-const FIRST_OF_NEWER: u32 = vk::make_api_version(0, 1, 4, 300);
 const FIRST_OF_NEWEST: u32 = vk::make_api_version(0, 1, 4, 330);
 
 const LAYOUT_OF_OLDER: &str = "UNASSIGNED-CoreValidation-DrawState-InvalidImageLayout";

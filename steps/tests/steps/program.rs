@@ -8,6 +8,9 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use ash::{Entry, vk};
 use image::RgbaImage;
 
+/// Layers from about this one on follow masks of subpasses, and look from one submission to the next.
+pub const FIRST_OF_NEWER: u32 = vk::make_api_version(0, 1, 4, 300);
+
 /// What a program that has ended leaves behind.
 pub struct Ended {
     pub succeeded: bool,

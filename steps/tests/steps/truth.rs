@@ -40,6 +40,15 @@ pub fn sun() -> Light {
     Light { color: SUN_LUX, casts_shadow: true, ..Light::of(kind) }
 }
 
+/// The scene of the steps from 9 on in a frame: its lights have risen or fallen.
+pub fn at_frame(number: usize) -> Scene {
+    let mut scene = scene(Brdf::CookTorrance);
+    let rise = f64::from((number as f32 / 8.0).sin() * 0.2);
+    scene.lights.iter_mut().filter_map(|light| light.kind.place_mut()).for_each(|place| place.y += rise);
+    scene.lights.push(sun());
+    scene
+}
+
 fn camera() -> Camera {
     let projection = Projection::perspective(FOV_Y_DEGREES);
     Camera { projection, near: NEAR, ..Camera::looking_at(EYE, TARGET, DVec3::Y) }
