@@ -84,6 +84,7 @@ pub struct Image {
 /// Runs a step: opens a device, calls `draw`, destroys all, and prints what went wrong. Anything did if the validation layer has a message.
 pub fn run(needs: &Needs, draw: impl FnOnce(&Gpu) -> Result<()>) -> ExitCode {
     let result = Gpu::open(needs).and_then(|gpu| {
+        gpu.name("queue", gpu.queue)?;
         draw(&gpu)?;
         match gpu.without.as_ref().filter(|_| !gpu.left_out.get()) {
             Some(name) => Err(format!("--without {name}: this step has nothing of that name").into()),

@@ -78,6 +78,24 @@ fn check(step: &str, mistakes: &[Mistake]) {
     }
 }
 
+/// The names in the calls of `Gpu::keep`.
+#[test]
+fn every_line_that_can_be_left_out_is_in_this_file() {
+    let folder = std::fs::read_dir(env!("CARGO_MANIFEST_DIR")).expect("the folder of the steps");
+    let sources = folder.filter_map(|entry| std::fs::read_to_string(entry.ok()?.path().join("main.rs")).ok());
+    let mut names: Vec<_> = sources
+        .flat_map(|source| {
+            let calls = source.split("gpu.keep(\"").skip(1);
+            calls.filter_map(|call| call.split_once('"')).map(|(name, _)| name.to_owned()).collect::<Vec<_>>()
+        })
+        .collect();
+    names.sort_unstable();
+    names.dedup();
+    assert!(names.len() > 30, "{names:?}");
+    names.retain(|name| !include_str!("mistakes.rs").contains(&format!("\"{name}\"")));
+    assert!(names.is_empty(), "not tried: {names:?}");
+}
+
 #[test]
 fn step_00() {
     check(
