@@ -28,7 +28,7 @@ fn shadows(enabled: bool, size: u32) -> Settings {
     Settings { shadows: ShadowSettings { enabled, size, ..ShadowSettings::default() }, ..samples::deferred() }
 }
 
-/// With every channel of the material target.
+/// A G-buffer of a preset, with the default formats.
 fn preset(preset: GbufferPreset) -> GbufferChoice {
     GbufferChoice { preset, ..GbufferChoice::default() }
 }

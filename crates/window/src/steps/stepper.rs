@@ -43,7 +43,7 @@ pub struct Stepper {
     /// `None` while the window shows whole frames.
     shown: Option<Stepped>,
     wish: Option<StepRequest>,
-    /// The next frame's panel tells this one's draws, and brings its line into view.
+    /// The frame is new to the panel, which then lists its draws and scrolls to its line.
     is_new: bool,
 }
 

@@ -37,7 +37,7 @@ pub struct Captured {
     pub unrounded: Option<Vec<DVec3>>,
     /// The light with all that reaches a surface, however little it is; `None` if the frame cuts off nothing.
     pub uncut: Option<Vec<DVec3>>,
-    /// The light as `unrounded`, without light of the sky; `None` if no sky lights the scene.
+    /// The light as `uncut`, without light of the sky; `None` if no sky lights the scene.
     pub without_sky: Option<Vec<DVec3>>,
     /// The picture, decoded to linear, 0 to 1.
     pub shown: Vec<DVec3>,
