@@ -41,7 +41,7 @@ The file has the steps of a frame in their order, passes and rows:
 
 Examples:
   afterlight check-row exercise.toml
-  afterlight check-row - < exercise.toml")]
+  afterlight check-row two-frames.toml")]
 pub struct Args {
     /// The steps, as TOML (docs/COMMANDS.md has the keys); - is standard input
     file: PathBuf,
