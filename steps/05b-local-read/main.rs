@@ -54,7 +54,8 @@ fn main() -> ExitCode {
     let mut newer = vk::PhysicalDeviceVulkan13Features::default().dynamic_rendering(true).synchronization2(true);
     let mut read = vk::PhysicalDeviceDynamicRenderingLocalReadFeaturesKHR::default().dynamic_rendering_local_read(true);
     let features = vk::PhysicalDeviceFeatures2::default().features(features).push_next(&mut newer).push_next(&mut read);
-    run(&Needs { api_version: vk::API_VERSION_1_3, extensions: &[local_read::NAME], features }, draw)
+    let (api_version, extensions) = (vk::API_VERSION_1_3, &[local_read::NAME][..]);
+    run(&Needs { api_version, extensions, features, ..Needs::default() }, draw)
 }
 
 fn draw(gpu: &Gpu) -> Result<()> {
