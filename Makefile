@@ -56,8 +56,9 @@ bless: ## Render the golden images anew and keep those that have changed (look a
 	@scripts/setup test
 	@AFTERLIGHT_BLESS=1 AFTERLIGHT_TESTS=all scripts/test machine draw golden::
 
-book: ## Make the book's pictures, tables and numbers anew, and build its pages into target/book
+book: ## Make the book's listings, pictures, tables and numbers anew, and build its pages into target/book
 	@scripts/setup test
+	@AFTERLIGHT_BLESS=1 scripts/test machine book text::
 	@AFTERLIGHT_BLESS=1 AFTERLIGHT_TESTS=all scripts/test machine book sessions:: patches::every_patch_is_built
 	@scripts/book
 

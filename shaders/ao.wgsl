@@ -19,7 +19,7 @@ override NORMAL_ENCODING: u32 = 0u;
 override RADIUS: f32 = 0.5;
 // Pixels from one that is looked at to the next.
 override SCALE: u32 = 1u;
-// By slices of the hemisphere, and steps to both sides of each; or by so many samples of it.
+// If true, AO takes SLICES slices of the hemisphere with STEPS steps to both sides of each; else SAMPLES samples of it.
 override SLICED: bool = true;
 override SLICES: u32 = 1u;
 override STEPS: u32 = 8u;

@@ -1,5 +1,4 @@
-// AO_DENOISE: the mean of AO's values at a pixel and at those around it that lie in the plane of its surface, times the occlusion that the G-buffer
-// has of the material.
+// AO_DENOISE: the mean of AO's values at a pixel and at neighbours in the plane of its surface, times the material's occlusion from the G-buffer.
 // variants: NORMAL_UINT HALF_ALBEDO SINGLE_ALBEDO
 // excludes: HALF_ALBEDO SINGLE_ALBEDO
 // counts: 6; with NORMAL_UINT 3, HALF_ALBEDO 2, SINGLE_ALBEDO 2

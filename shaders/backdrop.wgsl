@@ -1,4 +1,5 @@
-// BACKDROP: the picture so far, with its depth, as glass sees it: each pixel, and the means of ever larger squares. A work group makes all levels of a tile of 32 x 32 pixels.
+// BACKDROP: the picture so far, with its depth, as glass sees it: each pixel, and the means of ever larger squares. A work group makes all levels of
+// a tile of 32 x 32 pixels.
 // variants: MSAA
 // counts: 2; with MSAA 1
 #import afterlight::backdrop::{level_extent, light_at, packed_light, Backdrop, LAST_LEVEL}
@@ -56,7 +57,7 @@ fn compute(
             let pixel = corner + vec2(j & 1u, j >> 1u);
             if all(pixel < size) {
                 let light = light_of(pixel);
-                // Of several samples the first stands for the pixel.
+                // The first of several samples stands for the pixel.
                 backdrop.words[pixel.y * size.x + pixel.x] = bitcast<u32>(textureLoad(stored_depth, pixel, 0));
                 store(size, 0u, pixel, vec4(light, 1.0));
                 sum += vec4(light, 1.0);

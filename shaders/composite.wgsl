@@ -30,12 +30,12 @@ fn layer(sums: vec4<f32>, all_weights: f32) -> vec4<f32> {
     let sum = min(sums, vec4(MOST));
     let weights = min(all_weights, MOST);
     let cover = 1.0 - sum.a;
-    // Of no surface, or of one with so little alpha that no colour of it is known: cover without colour would be black.
+    // Without a surface, or with so little alpha that no colour is known, nothing is laid over: cover without colour would be black.
     if weights <= 0.0 {
         return vec4(0.0);
     }
     // ANCHOR: one-layer
-    // The mean colour, as much of it as the surfaces hide together. With one surface its own colour, whatever its weight.
+    // The mean colour, as much of it as the surfaces hide together. A single surface gives its own colour, whatever its weight.
     let mean = sum.rgb / max(weights, 1e-30);
     return vec4(min(mean * cover, vec3(LARGEST)), cover);
     // ANCHOR_END: one-layer

@@ -1,4 +1,4 @@
-// CULL: which instances are in view and not hidden, in which step of depth each of those is, and how many come before it in its group.
+// CULL: finds the instances that are in view and not hidden, the depth step of each, and how many come before it in its group.
 // variants: HIDES LEVELS
 // precise
 // counts: 4; with HIDES 2, LEVELS 2
@@ -42,8 +42,8 @@ fn step_of(bounds: Bounds) -> u32 {
 // The depths that PYRAMID writes, level by level.
 @group(0) @binding(6) var<storage, read> pyramid: array<f32>;
 
-// A hidden box lies behind its occluder by so much of its depth, and by so much in any case: depths are interpolated over large triangles with the
-// rounding of their largest value.
+// A box is hidden only if it lies behind its occluder by DEPTH_SHARE of its depth and by DEPTH_SLACK: depths are interpolated over large triangles
+// with the rounding of their largest value.
 const DEPTH_SHARE: f32 = 1e-3; // host
 const DEPTH_SLACK: f32 = 4e-6; // host
 
@@ -80,7 +80,7 @@ fn is_hidden(bounds: Bounds) -> bool {
     var edge = 8u;
     var at = 0u;
     while (span >> shift) > 3u {
-        // An object that is so large is mostly seen.
+        // Objects this large are mostly visible.
         if edge == 1u {
             return false;
         }

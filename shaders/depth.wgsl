@@ -1,5 +1,5 @@
-// DEPTH, the pre-pass: positions only, so that the pass that shades after it meets each visible surface once. The arithmetic of the position is
-// that of geometry.wgsl, and precise, so that depths are equal to the bit.
+// DEPTH, the pre-pass: positions only, so that the pass that shades after it shades each visible surface once. Its position arithmetic matches
+// geometry.wgsl and is precise, so that depths are equal to the bit.
 // precise
 // counts: 1
 #import afterlight::frame::{frame}

@@ -19,7 +19,7 @@ fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
     return screen_corner(index);
 }
 
-// From the primaries of Rec. 709 to those of Rec. 2020, both linear (ITU-R BT.2087), to four digits.
+// Converts linear light from Rec. 709 primaries to Rec. 2020 primaries (ITU-R BT.2087), to four digits.
 fn rec2020(color: vec3<f32>) -> vec3<f32> {
     let to_rec2020 = mat3x3(
         vec3(0.6274, 0.0691, 0.0164),

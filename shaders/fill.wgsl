@@ -9,7 +9,7 @@
 @group(0) @binding(5) var<storage, read> looks: array<vec2<u32>>;
 #endif
 
-// By step: the number of instances before it.
+// The number of instances before each step.
 var<workgroup> before: array<u32, STEPS>;
 
 // The offset of an instance from the camera, as src/visible/instances.rs has it, to the bit.

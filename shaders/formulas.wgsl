@@ -94,7 +94,7 @@ fn through_of(in: Input) -> vec3<f32> {
     return transmitted(surface, -in.c.xyz, n_dot_l) * -n_dot_l;
 }
 
-// The same with the light that the surface reflects in front, where it is the mirrored one.
+// The leaf's reflected light in front, plus the light that comes through from the mirrored direction behind.
 fn leaf_of(in: Input) -> vec3<f32> {
     let n_dot_l = dot(in.a.xyz, in.c.xyz);
     if n_dot_l <= 0.0 {
@@ -128,7 +128,7 @@ fn ambient_of(in: Input) -> vec3<f32> {
 // pixel, depth
 fn position_of(in: Input) -> vec3<f32> {
 #ifdef PLANTED
-    // Forward Z, as 1 - near / distance: far surfaces have the codes next to 1, which are as far apart as those of near ones.
+    // Forward Z, 1 - near / distance: far surfaces have codes next to 1, which are as far apart as the codes of near surfaces.
     let forward = 1.0 - in.a.z;
     return position_at(in.a.xy, 1.0 - forward);
 #else

@@ -132,9 +132,9 @@ struct Vertex {
     @location(9) row_y: vec4<f32>,
     @location(10) row_z: vec4<f32>,
 #ifdef EXTRAS
-    // Its look (material.wgsl).
+    // Look of the instance (material.wgsl).
     @location(13) look: vec4<u32>,
-    // Of a stroke's other end. Normals, tangents and second coordinates stay those of the end itself.
+    // The other end of a stroke. Normals, tangents and second coordinates are the own end's.
     @location(6) other_end: vec3<f32>,
     @location(7) other_color: vec4<f32>,
 #ifdef TEXTURED
@@ -150,7 +150,7 @@ struct Varying {
     @location(1) @interpolate(perspective, centroid) normal: vec3<f32>,
 #ifdef TEXTURED
 #ifdef EXTRAS
-    // Those of `Uvs`.
+    // Coordinates as in `Uvs`.
     @location(2) @interpolate(perspective, centroid) base_and_normal: vec4<f32>,
     @location(6) @interpolate(perspective, centroid) metal_and_occlusion: vec4<f32>,
     @location(7) @interpolate(perspective, centroid) emissive_and_specular: vec4<f32>,
@@ -281,8 +281,9 @@ fn all_light(pixel: vec4<f32>, surface: Surface, texel: Texel, model: Model) -> 
 }
 
 #ifdef LOBES
-// Glass over the picture: its own light, and the light that passes through it. Layers between it and the picture that it shows have changed what lies straight behind it. Blending adds their
-// change: `kept` of what is there, less `kept` of the picture without them. That is the darkest channel of the tint, and so little that no light is negative.
+// Glass over the picture: its own light, and the light that passes through it. Layers between the glass and the picture that it shows have changed
+// the light straight behind it. Blending adds this change: `kept` times the target's light, less `kept` times the picture without the layers. `kept`
+// is the darkest channel of the tint, limited so that no light is negative.
 fn over_backdrop(own: vec4<f32>, thickness: f32, alpha: f32, surface: Surface, texel: Texel, in: Varying) -> vec4<f32> {
     let glass = glass_of(push.lobes, thickness, in.scale, vec2(push.round, push.slender), texel.roughness, in.position.z);
     let tint = texel.albedo * ((1.0 - texel.metallic) * (1.0 - alpha));
@@ -381,7 +382,8 @@ fn shade(in: Varying, front: bool) -> vec4<f32> {
 #endif
     }
     if OPACITY == COAT {
-        // Its lobe is times the share that it hides from all sides, before any light is: no bright one is cut off that would be dim.
+        // The share that the coat hides from all sides scales its lobe before any light is added: otherwise bright light would be clamped that is dim
+        // after scaling.
         alpha *= coat_share(surface.n_dot_v);
         surface.diffuse = vec3(0.0);
         surface.specular = vec3(alpha);
@@ -404,9 +406,9 @@ fn shade(in: Varying, front: bool) -> vec4<f32> {
 
 // Weighted blended order-independent transparency (McGuire and Bavoil 2013): sums that no order changes.
 struct Weighted {
-    // Colour times the weight, added up; and the share of the background that the surface hides, of which 1 minus it is multiplied up.
+    // Colour: the sum of colours times weights. Alpha: the share of the background that the surface hides; blending multiplies up 1 minus it.
     @location(0) accumulation: vec4<f32>,
-    // The same share times the weight in red, added up. Alpha is as above, though the target has none: both blend in one way.
+    // Red: the sum of these shares times weights. Alpha is as above, though the target has none: both targets blend in one way.
     @location(1) weights: vec4<f32>,
 }
 

@@ -1,6 +1,6 @@
-// FXAA: smooths the edges of a finished picture, by its brightness alone. After Timothy Lottes, "FXAA" (NVIDIA, 2009; version 3.11,
-// 2011): where neighbours differ, the direction of the edge is found, its two ends are searched along it, and the pixel moves
-// towards its neighbour across the edge by as much as a straight edge between those ends covers of it.
+// FXAA: smooths the edges of a finished picture, by its brightness alone. After Timothy Lottes, "FXAA" (NVIDIA, 2009; version 3.11, 2011): where
+// neighbours differ, it finds the direction of the edge and searches along it for both ends. The pixel then moves towards its neighbour across the
+// edge by the share of the pixel that a straight edge between these ends covers.
 // counts: 1
 #import afterlight::screen::{screen_corner}
 
@@ -41,7 +41,7 @@ fn step_length(step: u32) -> f32 {
     return select(select(8.0, 4.0, step < 11u), 2.0, step < 10u);
 }
 
-// One end of an edge: its distance, and the difference of the brightness there from that of the edge.
+// One end of an edge: its distance, and the brightness there less the edge's brightness.
 struct End {
     distance: f32,
     difference: f32,

@@ -49,7 +49,7 @@ override TWO_SIDED: bool = false;
 // Shadows fall on it.
 override RECEIVES: bool = true;
 override NORMAL_ENCODING: u32 = 0u;
-// Codes of a channel that holds half an octahedral geometric normal; 0 where none does.
+// Codes of a channel that holds half an octahedral geometric normal; 0 if none holds it.
 override GEOMETRIC_STEPS: f32 = 255.0;
 // A pass reads geometric normals that differ from the shading ones; false where their channels are kept without that need.
 override NORMALS_DIFFER: bool = true;
@@ -85,9 +85,9 @@ struct Vertex {
     @location(9) row_y: vec4<f32>,
     @location(10) row_z: vec4<f32>,
 #ifdef EXTRAS
-    // Its look (material.wgsl).
+    // Look of the instance (material.wgsl).
     @location(13) look: vec4<u32>,
-    // Of a stroke's other end. Normals, tangents and second coordinates stay those of the end itself.
+    // The other end of a stroke. Normals, tangents and second coordinates are the own end's.
     @location(6) other_end: vec3<f32>,
     @location(7) other_color: vec4<f32>,
 #ifdef TEXTURED
@@ -101,13 +101,13 @@ struct Vertex {
     @location(12) number: u32,
 #endif
 #ifdef PACKED
-    // Its place among the vertices of all meshes.
+    // Index of the vertex among the vertices of all meshes.
     @builtin(vertex_index) own: u32,
 #endif
 }
 
-// Centroid: where an edge cuts a pixel with several samples, values are those of a point on the surface and not beside it. With one
-// sample that is the pixel's centre.
+// Centroid: where an edge cuts a pixel with several samples, values belong to a point on the surface and not beside it. A pixel with one sample takes
+// them at its centre.
 struct Varying {
     @builtin(position) position: vec4<f32>,
 #ifndef OVERDRAW
@@ -115,7 +115,7 @@ struct Varying {
 #endif
 #ifdef TEXTURED
 #ifdef EXTRAS
-    // Those of `Uvs`.
+    // Coordinates as in `Uvs`.
     @location(2) @interpolate(perspective, centroid) base_and_normal: vec4<f32>,
     @location(6) @interpolate(perspective, centroid) metal_and_occlusion: vec4<f32>,
     @location(7) @interpolate(perspective, centroid) emissive_and_specular: vec4<f32>,
@@ -137,8 +137,8 @@ struct Varying {
     @location(10) @interpolate(flat) look: vec2<u32>,
 #endif
 #ifdef TRIANGLE
-    // The number of the object and 1; with PACKED the code of the triangle, as each triangle begins with a vertex of its own and a flat value is that of the
-    // first vertex. Reading `primitive_index` costs a GPU up to a third of drawing.
+    // The object's number plus 1; with PACKED the triangle's code: each triangle begins with its own vertex, and a flat value is the first vertex's.
+    // Reading `primitive_index` costs a GPU up to a third of drawing.
     @location(9) @interpolate(flat, first) number: u32,
 #endif
 }
@@ -230,7 +230,7 @@ fn cut_away(in: Varying) -> bool {
 #endif
 
 #ifdef TRIANGLE
-// The number of the object, from 1, and that of the triangle in its mesh, from 0; with PACKED the code of both (seen.wgsl).
+// Writes the object's number, from 1, and the triangle's number in its mesh, from 0; with PACKED the code of both (seen.wgsl).
 @fragment
 #ifdef PACKED
 fn fragment(in: Varying) -> @location(0) u32 {
@@ -328,8 +328,8 @@ fn fragment(in: Varying, @builtin(front_facing) front: bool) -> Gbuffer {
     out.material = vec4(stored_roughness, point.metallic, 0.0, 0.0);
     if GEOMETRIC_STEPS > 0.0 {
         var plane = to_unorm(octahedral(geometric * facing), GEOMETRIC_STEPS);
-        // Only shadows need the geometric normal. Its encoded values stay below 1, so 1 is free: in the first channel 1 says that the surface receives no shadow; in
-        // the second one, that the geometric normal is the shading one, whose target holds it in more bits.
+        // Only shadows need the geometric normal. Its encoded values stay below 1, which leaves 1 free. In the first channel 1 means that the surface
+        // receives no shadow; in the second one, that the geometric normal is the shading normal, which its own target holds in more bits.
         plane.x = select(1.0, plane.x, RECEIVES);
         plane.y = select(plane.y, 1.0, !NORMALS_DIFFER || !RECEIVES || all(normal == geometric));
         out.material = vec4(stored_roughness, point.metallic, plane);

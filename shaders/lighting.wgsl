@@ -76,9 +76,9 @@ const HAS_FOURS = true;
 const PLACES: u32 = 32u; // host
 
 struct Push {
-    // Each its own index. Indices into push constants must be the same in all invocations, so llvmpipe (Mesa 25) takes what it reads from there for
-    // uniform. A light whose number comes from here it reads once for the eight pixels of a vector; by a loop's counter it gathers each float
-    // lane by lane, in some 24 instructions.
+    // Each element is its own index. Indices into push constants must be the same in all invocations, so llvmpipe (Mesa 25) takes values read from
+    // there for uniform. It reads a light whose number comes from here once for the eight pixels of a vector; with a loop's counter as the number it
+    // gathers each float lane by lane, in some 24 instructions.
     places: array<u32, PLACES>,
 }
 

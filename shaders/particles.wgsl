@@ -23,7 +23,7 @@ override LARGEST: f32 = 65000.0;
 @group(1) @binding(0) var subpass_depth: texture_depth_2d;
 @group(2) @binding(0) var<storage, read> particles: array<Particle>;
 #ifdef SORTED
-// From back to front.
+// Sort keys, from back to front.
 @group(2) @binding(1) var<storage, read> keys: array<vec2<u32>>;
 #endif
 #ifdef TEXTURED
@@ -39,9 +39,10 @@ const COVERS: u32 = 0xffffffffu;
 
 struct Varying {
     @builtin(position) position: vec4<f32>,
-    // From the middle to the edges: -1 to 1 to the right and up.
+    // Place in the square: -1 to 1, to the right and up.
     @location(0) square: vec2<f32>,
-    // The particle, or COVERS. Fragments fetch from it how it looks: on GPUs a small triangle costs as much as it hands on to them.
+    // The particle, or COVERS. Fragments fetch its look with this number: on GPUs the cost of a small triangle grows with the values that it hands on
+    // to them.
     @location(1) @interpolate(flat) number: u32,
     @location(2) world: vec3<f32>,
 }
@@ -127,10 +128,10 @@ fn shape(in: Varying, look: u32) -> vec4<f32> {
 }
 #endif
 
-// The share that is left of it before the surface of its pixel, and behind the near plane.
+// The share of a particle that is left before the surface of its pixel, and behind the near plane.
 fn fade(particle: Particle) -> f32 {
     let depth = textureLoad(subpass_depth, vec2<i32>(0, 0), 0);
-    // Without a surface in the pixel the particle can meet none.
+    // A pixel without a surface counts as endlessly far.
     let surface = select(1e30, distance_at(max(depth, 1e-37)), depth > 0.0);
     let distance = dot(particle.position, frame.forward);
     return saturate(min(surface - distance, distance - frame.near) / max(particle.softness, 1e-30));

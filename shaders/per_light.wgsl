@@ -1,5 +1,5 @@
-// LIGHTING, light by light: the addend of one light to the pixels of a rectangle, or to those that lie before the back of its volume.
-// The triangle or volume is blended over the light that LIGHTING drew first.
+// LIGHTING, light by light: adds one light to the pixels of a rectangle, or to the pixels before the back of its volume. The triangle or volume is
+// blended over the light that LIGHTING drew first.
 // always: LIGHTS
 // variants: VOLUME UNIFORM_BUFFER SHADOW MATERIAL SPECULAR POSITION NORMAL_UINT
 // requires: SPECULAR -> MATERIAL
@@ -26,7 +26,7 @@ override LARGEST: f32 = 65000.0;
 override LIGHT_ONLY: bool = false;
 
 #ifdef VOLUME
-// From a unit sphere or cone to the world around the camera.
+// Map from a unit sphere or cone to the world around the camera.
 struct Volume {
     row_x: vec4<f32>,
     row_y: vec4<f32>,

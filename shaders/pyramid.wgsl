@@ -10,7 +10,7 @@
 // Level by level, the finest first; each has all squares of the work groups' tiles, row by row.
 @group(0) @binding(1) var<storage, read_write> pyramid: array<f32>;
 
-// By square of the tile, 8 in a row.
+// The least depth in each square of the tile, 8 squares in a row.
 var<workgroup> least: array<f32, 64>;
 
 fn depth_at(pixel: vec2<u32>) -> f32 {

@@ -1,9 +1,9 @@
 // REFLECT: a ray of each smooth pixel's lobe, through the depth buffer, and the light of the pixel that it meets.
 //
-// A straight line is one in the picture, too, and so is its reversed depth: x, y and depth of a ray go on evenly. It is marched through a pyramid of
-// squares, of which each step leaves one: it passes where it is nearer than all that is seen in the square, or behind all of it by more than surfaces
-// are thick. Else the next step looks at a smaller square; if that is a pixel, it is met. (T. Uludag, "Hi-Z Screen-Space Cone-Traced Reflections", GPU Pro 5,
-// 2014.)
+// A straight line is straight in the picture, too, and reversed depth is linear along it: x, y and depth of a ray change evenly. The ray is marched
+// through a pyramid of squares, and each step leaves one square. It passes where the ray is nearer than everything visible in the square, or behind
+// all of it by more than surfaces are thick. Otherwise the next step looks at a smaller square; if that is a pixel, it is met. (T. Uludag, "Hi-Z
+// Screen-Space Cone-Traced Reflections", GPU Pro 5, 2014.)
 // always: STORED MATERIAL
 // variants: SPECULAR NORMAL_UINT
 // counts: 4; with SPECULAR 2, NORMAL_UINT 2
@@ -146,7 +146,8 @@ fn compute(@builtin(global_invocation_id) id: vec3<u32>) {
     let mirrored = 2.0 * dot(view, half) * half - view;
     if mirrored.z > 0.0 {
         found.direction = normalize(axes[0] * mirrored.x + axes[1] * mirrored.y + normal * mirrored.z);
-        // Density of directions: that of visible facets, G1 D VdotH / NdotV, over the change from half vectors to directions, 4 VdotH: G1 D / (4 NdotV).
+        // Density of directions: the visible facets' density, G1 D VdotH / NdotV, over the Jacobian from half vectors to directions,
+        // 4 VdotH: G1 D / (4 NdotV).
         let sine2 = dot(half.xy, half.xy);
         let spread = half.z * half.z * alpha * alpha + sine2;
         let smith = 2.0 * view.z / (view.z + smith_root(view.z, alpha * alpha));

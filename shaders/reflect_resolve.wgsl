@@ -1,5 +1,5 @@
-// REFLECT_RESOLVE: the hits of a pixel and of those around it, weighted by the pixel's own lobe. They replace the sky's and the ambient light that
-// AMBIENT and LIGHTING have added for that share of the lobe. (T. Stachowiak, "Stochastic Screen-Space Reflections", SIGGRAPH 2015.)
+// REFLECT_RESOLVE: combines the hits of a pixel and of its neighbours, weighted by the pixel's own lobe. They replace the sky's light and the ambient
+// light that AMBIENT and LIGHTING have added for the same share of the lobe. (T. Stachowiak, "Stochastic Screen-Space Reflections", SIGGRAPH 2015.)
 // always: STORED MATERIAL
 // variants: SPECULAR NORMAL_UINT SINGLE SKY_LIGHT
 // counts: 16; with SPECULAR 8, NORMAL_UINT 8, SINGLE 8, SKY_LIGHT 8
@@ -33,7 +33,7 @@ override SHOWN: bool = false;
 
 // Below this roughness a lobe is narrower than the difference between neighbours.
 const MIRROR: f32 = 0.02;
-// Directions that the pixel's own lobe has more often than the neighbour's count no more than so many times.
+// Largest weight of a neighbour's direction that is more frequent in the pixel's own lobe.
 const MOST_WEIGHT: f32 = 4.0;
 
 fn store(texel: vec2<i32>, radiance: vec3<f32>) {

@@ -25,15 +25,15 @@ override LARGEST: f32 = 65000.0;
 // Lights are cut off at this: times the most that distance and phase make of it, it is finite.
 const BRIGHTEST: f32 = 1e28;
 
-// Least distance of a ray from a lamp: the integral of 1 / (h^2 + x^2) is pi / h, and that of 1 / x^2 that stops growing at 1 cm is 400 / m.
+// Least distance of a ray from a lamp: the integral of 1 / (h^2 + x^2) is pi / h, and the integral of 1 / x^2, held below 1 cm, is 400 / m.
 const LEAST_BESIDE: f32 = 0.00785398;
 
 // A piece of a ray through a froxel.
 struct Piece {
     direction: vec3<f32>,
-    // In the middle of the light that fog loses along it, relative to the camera.
+    // The middle of the light that fog loses along the piece, relative to the camera.
     position: vec3<f32>,
-    // From there to its ends, in metres along the ray.
+    // Distances from there to the piece's ends, in metres along the ray.
     begin: f32,
     end: f32,
     // Least distance of a light from the ray: a nearer one lights the whole width of the froxel as from here.
@@ -48,7 +48,7 @@ fn place_of(share: f32, thick: f32) -> f32 {
     return min(-log(max(1.0 - share * fog_lost(thick), 1e-30)) / thick, 1.0);
 }
 
-// By the sequence of Roberts 2018: the first place is the middle.
+// Places a piece by the sequence of Roberts 2018, whose first place is the middle.
 fn piece_of(at: vec3<u32>, index: u32) -> Piece {
     let number = f32(index);
     let size = column_size();
@@ -99,7 +99,7 @@ const WORDS: u32 = 8u;
 // A bit for each lamp of the batch that reaches into the block.
 var<workgroup> reaching: array<atomic<u32>, WORDS>;
 
-// Centre and radius of a sphere around the block. Its far side is flat, and its near one, too: the corners are as far out as anything in it.
+// Centre and radius of a sphere around the block. The block's near and far sides are flat, so nothing in it is farther out than its corners.
 fn block_of(group: vec3<u32>) -> vec4<f32> {
     let low = vec2<f32>(group.xy * EDGE) * column_size();
     let high = low + f32(EDGE) * column_size();
@@ -121,7 +121,7 @@ fn corner(pixel: vec2<f32>, along: f32) -> vec3<f32> {
     return across(pixel) * along;
 }
 
-// False only where none of a lamp's light falls into a sphere: beyond its range, or out of its cone. Beams are taken to reach everywhere.
+// Returns false only if none of a lamp's light falls into a sphere: beyond its range, or out of its cone. Beams count as reaching everywhere.
 fn reaches_block(light: Light, block: vec4<f32>) -> bool {
     if (light.falloff & 3u) == NO_FALLOFF {
         return true;

@@ -7,7 +7,7 @@
 struct Push {
     alpha: f32,
     alpha_cutoff: f32,
-    // Rows of the map from texture coordinates and 1 to the image; in w of the first, 1 where they are those of the second set.
+    // Rows of the map from texture coordinates and 1 to the image; w of the first row is 1 for coordinates of the second set.
     uv_x: vec4<f32>,
     uv_y: vec4<f32>,
 }

@@ -36,7 +36,7 @@ fn fragment(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
     let above = mean_at(pixel - vec2(0, 1));
     let below = mean_at(pixel + vec2(0, 1));
     let sharper = own + SHARPNESS * (own - 0.25 * (left + right + above + below));
-    // Edges become steeper, and no pixel brighter or darker than those around it.
+    // Edges become steeper, but no pixel becomes brighter or darker than its brightest or darkest neighbour.
     let least = min(min(min(left, right), min(above, below)), own);
     let greatest = max(max(max(left, right), max(above, below)), own);
     return vec4(light_of(clamp(sharper, least, greatest)), 1.0);

@@ -64,7 +64,7 @@ var<immediate> push: Push;
 @group(1) @binding(2) var<storage, read_write> keys: array<vec2<u32>>;
 #endif
 
-// After all that are seen.
+// Sort key of particles that are not seen: they sort last.
 const UNSEEN: u32 = 0xffffffffu;
 const PI: f32 = 3.14159265;
 
@@ -77,7 +77,7 @@ fn pcg(input: u32) -> u32 {
 
 var<private> random: u32;
 
-// From 0 to below 1, of 24 bits.
+// Random number from 0 to below 1, of 24 bits.
 fn share() -> f32 {
     random = pcg(random);
     return f32(random >> 8u) / 16777216.0;
@@ -106,7 +106,7 @@ fn travel(drag: f32, time: f32) -> vec2<f32> {
     return vec2(time * first, time * time * ((1.0 - first) / a));
 }
 
-// Of so many keys, which lie equally far apart over a life: the one before a share of it, and how far on it is to the next.
+// Finds a share of life among `count` keys, spaced evenly over a life: returns the key before it, and how far it is towards the next.
 fn key_at(count: u32, share_of_life: f32) -> vec2<f32> {
     let at = share_of_life * f32(max(count, 1u) - 1u);
     let first = min(floor(at), f32(max(count, 2u) - 2u));
@@ -186,7 +186,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         emission = mix((*emitter).emissions[key], (*emitter).emissions[min(key + 1u, 3u)], at.y).rgb;
     }
     let distance = dot(position, frame.forward);
-    // Particles behind the near plane, and those that show nothing, have no size.
+    // Particles behind the near plane and invisible particles have no size.
     let seen = distance > frame.near && size > 0.0 && color.a > 0.0;
     var light = vec3(0.0);
     if seen && !COUNTS {

@@ -99,7 +99,7 @@ struct Shaped {
     color: vec4<f32>,
 }
 
-// Adds the shapes. Their weights are the same for the whole work group, so that those of weight 0 cost nothing.
+// Adds the shapes. Weights are uniform across the work group, so shapes of weight 0 cost nothing.
 fn shaped(record: Record, vertex: u32) -> Shaped {
     var own = Shaped(source3(record.positions_at + vertex * 3u), vec3(0.0), vec3(0.0), vec2(0.0), vec4(0.0));
     if push.normals_at != NONE {

@@ -7,7 +7,7 @@ struct Push {
     // Edges of the sorted runs that this makes: from the first to the last, each twice the one before.
     first: u32,
     last: u32,
-    // The distance between the keys of a pair, where it is one step.
+    // Distance between the keys of a pair, for a dispatch of a single step.
     apart: u32,
 }
 

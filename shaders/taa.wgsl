@@ -12,7 +12,7 @@ struct Push {
     depths: vec2<f32>,
     depths_before: vec2<f32>,
     flags: u32,
-    // The exposure of this frame over that of the frame before.
+    // Ratio of this frame's exposure to the previous frame's.
     exposed: f32,
 }
 
@@ -25,10 +25,10 @@ const STILL: u32 = 2u; // host
 // The camera is another.
 const LOOKS_ELSEWHERE: u32 = 4u; // host
 
-// Frames that are averaged at most, where nothing changes.
+// Maximum number of frames averaged where nothing changes.
 override MOST_FRAMES: u32 = 64u;
-// And where something does: of a surface that has stayed in its pixel; of one that has moved, whose history has been filtered as often; and of the
-// pixels around a moved one, whose history is that of another background.
+// Maximum number of frames where something changes: for a surface that has stayed in its pixel; for one that has moved, whose history has been
+// filtered as often; and for the pixels around a moved one, whose history shows another background.
 const MOST_STAYED: u32 = 16u;
 const MOST_MOVED: u32 = 6u;
 const MOST_BESIDE: u32 = 3u;
@@ -38,8 +38,8 @@ const STAYED: f32 = 0.02;
 override SHOWN: u32 = 0u;
 override ORTHOGRAPHIC: bool = false;
 
-// The greatest distance of the mean of frames before from that of the pixels around, in their standard deviations (M. Salvi, "An Excursion in
-// Temporal Supersampling", 2016).
+// Greatest distance of the history from the mean of the neighbouring pixels, in their standard deviations (M. Salvi, "An Excursion in Temporal
+// Supersampling", 2016).
 const SPREAD: f32 = 1.0;
 // A surface nearer than this share of the distance hid the one that is looked for.
 const HID: f32 = 0.95;
@@ -58,11 +58,11 @@ const HALF_BRIGHT: f32 = 4.0;
 
 // The place of a surface in the frame before.
 struct Motion {
-    // Pixels to the right and down that it has come since.
+    // Pixels to the right and down that the surface has moved since the previous frame.
     vector: vec2<f32>,
-    // Its distance then. Not above 0 where it was beside or behind the view.
+    // Distance from the eye in the previous frame. 0 or less if it was beside or behind the view.
     distance: f32,
-    // By itself.
+    // The surface itself moves, not only the camera.
     moving: bool,
 }
 
@@ -192,7 +192,7 @@ fn exposed(mean: vec3<f32>) -> vec3<f32> {
     return averaged(light_of(mean) * push.exposed);
 }
 
-// The nearest of the colours from one to the mean of those around that is like them.
+// Clips a colour towards the mean of its neighbourhood, just far enough to resemble the neighbourhood.
 // ANCHOR: clip-history
 fn clipped(color: vec3<f32>, around: Around) -> vec3<f32> {
     let offset = to_ycocg(color) - around.mean;
@@ -254,7 +254,7 @@ fn compute(@builtin(global_invocation_id) invocation: vec3<u32>) {
     let around = look_around(pixel, size);
     let motion = motion_at(around.nearest);
     let place = vec2<f32>(pixel) + 0.5 - motion.vector;
-    // Also false where it is no number.
+    // `!(x > 0)` is also true if the distance is NaN.
     if !(motion.distance > 0.0 && all(place >= vec2(0.0)) && all(place <= vec2<f32>(extent))) {
         after.texels[at] = packed(now, away, motion.moving, 1u);
         return;

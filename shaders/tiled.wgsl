@@ -167,7 +167,7 @@ fn unlisted_light(surface: Surface, texel: Texel, model: Model) -> vec3<f32> {
     return light_everywhere(surface, texel, model, Everywhere(AMBIENT, DIRECTIONAL, UNBOUNDED, frame.looped_count));
 }
 
-// Lists those lights of a batch that may reach the tile. The whole work group does it.
+// Lists the lights of a batch that may reach the tile. The whole work group does it.
 fn list_lights(start: u32, batch: u32, tile: Tile, thread: u32) {
     // The batch before may still be read.
     workgroupBarrier();
@@ -218,17 +218,17 @@ fn found_tile(group: vec2<u32>) -> Tile {
     return tile;
 }
 
-// A part is what an invocation shades at once: a pixel, or one of its samples.
+// The unit that an invocation shades at once: a pixel, or one of its samples.
 struct Part {
     pixel: vec2<u32>,
     // The pixel's centre, or the place of the sample.
     place: vec2<f32>,
     sample: u32,
-    // It shows a surface, and is to be shaded.
+    // The part shows a surface and must be shaded.
     shows: bool,
 }
 
-// A part's light, and what its surface emits, where that is not stored.
+// Light of a part, and its emission if that is not stored.
 struct Lit {
     radiance: vec3<f32>,
     emissive: vec3<f32>,
@@ -266,7 +266,7 @@ fn triangle_at(part: Part) -> u32 {
 #endif
 #endif
 
-// The least and the greatest depth of a pixel's samples that show a surface, as bits; the greatest is 0 where none does.
+// Least and greatest depth, as bits, of the pixel's samples that show a surface; the greatest is 0 if no sample does.
 fn depths_at(center: vec2<f32>) -> vec2<u32> {
 #ifdef MSAA
     var low = 0x7f800000u;
@@ -362,7 +362,7 @@ fn store_mean(pixel: vec2<u32>, mean: vec3<f32>) {
 fn mean_of(light: Lit, pixel: vec2<u32>) -> vec3<f32> {
 #ifdef EMISSIVE
 #ifdef MSAA
-    // No comparison has looked at what surfaces emit: each sample has its own.
+    // The comparison of samples ignored emission, so each sample adds its own.
     var sum = averaged(light, pixel, 0u);
     for (var i = 1u; i < SAMPLES; i++) {
         sum += averaged(light, pixel, i);

@@ -6,17 +6,18 @@
 #import afterlight::tints::{nearness, to_half}
 
 struct Push {
-    // Rows of the map from texture coordinates and 1 to the image; in w of the first, 1 where they are those of the second set.
+    // Rows of the matrix from (u, v, 1) to the texture; w of the first row is 1 if it maps the second set of texture coordinates.
     uv_x: vec4<f32>,
     uv_y: vec4<f32>,
-    // Of light that passes.
+    // Colour of light that passes.
     color: vec3<f32>,
     alpha: f32,
-    // The logarithm of what is left of light after a way as long as the body is thick, with its sign turned.
+    // Negated logarithm of the share of light that is left after a path as long as the body is thick.
     absorption: vec3<f32>,
-    // The share that the surface mirrors of light that falls on it straight.
+    // Share of perpendicular light that the surface mirrors.
     facing: f32,
-    // Metres from the middle of the map to its edge, of perspective maps at a distance of 1 metre; metres from its near to its far end, 0 where it is perspective.
+    // Metres from the middle of the map to its edge (at a distance of 1 metre, for perspective maps); and metres from its near to its far end, 0 for
+    // perspective maps.
     across: f32,
     along: f32,
     // As of `Glass` (shared/refraction.wgsl).

@@ -56,7 +56,7 @@ fn sample_value(sample: u32) -> vec3<f32> {
 fn fragment(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
     let pixel = vec2<i32>(position.xy);
 #ifdef MSAA
-    // Spread light is that of whole pixels.
+    // Spread light is stored per pixel, not per sample.
     var sum = vec3(0.0);
     for (var i = 0u; i < SAMPLES; i++) {
         sum += min(textureLoad(subpass_hdr, vec2<i32>(0, 0), i).rgb, vec3(LARGEST));

@@ -1,6 +1,5 @@
-// VELOCITY: the movement on the picture, since the frame before, of surfaces that move by themselves. The arithmetic of the position is that of
-// geometry.wgsl, and precise, so that only visible surfaces are drawn: those whose depth is equal to the picture's. No mask is looked up for the same
-// reason.
+// VELOCITY: screen-space motion, since the previous frame, of surfaces that move by themselves. The position uses the arithmetic of geometry.wgsl,
+// and is precise, so that the depth test for equality draws visible surfaces only. The same test makes mask lookups unnecessary.
 // variants: DEFORMED STROKES
 // precise
 // counts: 4; with DEFORMED 2, STROKES 2

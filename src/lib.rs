@@ -1,12 +1,13 @@
 //! Afterlight: a deferred renderer on raw Vulkan. Geometry first, light after.
 //!
-//! Scene in, plan, frame, image out: [`scene`] describes the content, [`plan::FramePlan`] decides what frames of it need, and [`frame`] draws them.
-//! [ARCHITECTURE.md] is the map of the sources, and the book explains one frame from its [introduction] on:
+//! The renderer turns a scene into a plan, the plan into frames, and frames into images: [`scene`] describes the content, [`plan::FramePlan`] decides
+//! which work its frames need, and [`frame`] draws them. [ARCHITECTURE.md] is the map of the sources, and the book explains one frame from its
+//! [introduction] on:
 //!
 //! | Chapter | Goes with |
 //! |---|---|
 //! | [The frame](https://docs.rs/crate/afterlight/latest/source/book/src/frame.md) | [`frame`] |
-//! | [Synchronization](https://docs.rs/crate/afterlight/latest/source/book/src/synchronization.md) | [`frame::rows`], [`frame::proof`] |
+//! | [Synchronization](https://docs.rs/crate/afterlight/latest/source/book/src/synchronization.md) | [`frame::rows`], the crate `afterlight_proof` |
 //! | [What is left out](https://docs.rs/crate/afterlight/latest/source/book/src/leaving-out.md) | [`plan`] |
 //! | [Light](https://docs.rs/crate/afterlight/latest/source/book/src/light.md), [many lights](https://docs.rs/crate/afterlight/latest/source/book/src/many-lights.md), [shadows](https://docs.rs/crate/afterlight/latest/source/book/src/shadows.md) | [`scene`] |
 //! | [Error](https://docs.rs/crate/afterlight/latest/source/book/src/error.md) | the crates `afterlight_truth` and `afterlight_lab` |

@@ -4,9 +4,9 @@
 //! decides. State that changes with the camera or with time is `visible`'s, a module that imports the plan and never the other way round: nothing in
 //! this folder is worked out for a frame.
 //!
-//! [`decision`] takes it in this order, each step from those before it: [`lights`] and [`shadows`], [`surfaces`], [`gbuffer`], [`output`], then the
-//! parts that follow from the surfaces: pipelines, meshes, textures. [`checks`] refuses settings that do not go together, [`reasons`] says why the
-//! plan is as it is, [`parts`] puts it into words, and [`cost`] computes its cost.
+//! [`decision`] makes the plan in this order, each step from the previous ones: [`lights`] and [`shadows`], [`surfaces`], [`gbuffer`], [`output`],
+//! then the parts that follow from the surfaces: pipelines, meshes, textures. [`checks`] refuses settings that do not go together, [`reasons`] says
+//! why the plan is as it is, [`parts`] puts it into words, and [`cost`] computes its cost.
 
 mod attachments;
 mod capabilities;
@@ -29,7 +29,7 @@ mod occlusion;
 mod output;
 mod parts;
 mod reasons;
-// For tests: plans of each structure.
+// Plans of each structure, for tests.
 #[doc(hidden)]
 pub mod samples;
 mod shading;
@@ -103,25 +103,25 @@ pub struct FramePlan {
     pub shadow: Option<ShadowPlan>,
     /// Emissive light is written by GEOMETRY and LIGHTING adds to it.
     pub emissive: bool,
-    /// The way in which transparent surfaces are laid over the lit ones, where some are drawn.
+    /// The way in which transparent surfaces are blended; `None` if no transparent surface is drawn.
     pub transparency: Option<Transparency>,
-    /// The sums of weighted blending, where it is chosen.
+    /// The targets of weighted blending; `None` if it is not used.
     pub sums: Option<OitTargets>,
-    /// Of all transparent objects: no pixel has more layers.
+    /// Triangles of all transparent objects: an upper bound of the layers over a pixel.
     pub transparent_triangles: u32,
-    /// An attachment of its own between LIGHTING and the output.
+    /// The format of the HDR target between LIGHTING and the output; `None` if the output takes the light directly.
     pub hdr: Option<vk::Format>,
     /// The format of [`Target::Output`] and of the finished picture.
     pub output: vk::Format,
     /// The images that presented pictures are drawn into.
     pub presented: Option<PresentTarget>,
-    /// They are linear light for ENCODE: those that a window shows so, and those beside them.
+    /// The encoding by ENCODE; pictures are then linear light, whether drawn in a window that needs it or copied to one.
     pub encoding: Option<Encoding>,
-    /// A compute pass stores red and blue in each other's place, for a swapchain whose images have them so.
+    /// A compute pass swaps red and blue as it stores them, for a swapchain with BGR images.
     pub swaps_red_and_blue: bool,
     /// The step that applies the tone curve, and the curve.
     pub tone_mapping: ToneMapping,
-    /// Light is exposed before it is stored; that of a picture in nits is not.
+    /// Light is exposed before it is stored; false for pictures in nits.
     pub exposes: bool,
     /// Jittered frames that make one picture.
     pub samples: u32,
@@ -137,13 +137,13 @@ pub struct FramePlan {
     pub brdf: PlannedBrdf,
     /// Some surface is a metal.
     pub metal: bool,
-    /// Some opaque Cook-Torrance surface reflects otherwise than a usual dielectric: a G-buffer has the reflectance of each.
+    /// Some opaque Cook-Torrance surface reflects otherwise than a usual dielectric: the G-buffer then stores reflectance.
     pub reflectance: bool,
     /// As [`Settings::textbook`] says.
     pub textbook: bool,
     /// True if frames have an orthographic camera. Pipelines know which.
     pub orthographic: bool,
-    /// Every material's, in the place of its own.
+    /// The reflection model that replaces each material's own.
     pub brdf_override: Option<Brdf>,
     /// The kinds of light that shaders have code for.
     pub lights: PlannedLights,
@@ -174,7 +174,7 @@ pub struct FramePlan {
     pub lobes: BTreeSet<GeometryKey>,
     /// One pipeline of TRANSPARENT each.
     pub transparent: BTreeSet<GeometryKey>,
-    /// The vertex streams that there are.
+    /// The vertex streams that the plan keeps.
     pub streams: Streams,
     /// The materials that surfaces are drawn with.
     pub materials: EffectiveMaterials,
@@ -182,9 +182,9 @@ pub struct FramePlan {
     pub meshes: MeshPlan,
     /// Textures on the device.
     pub textures: TexturePlan,
-    /// Places from which textures are filtered where they are seen at a low angle; 1 where there is none of more than one texel.
+    /// Maximum anisotropy: texture samples per pixel at grazing angles; 1 if no texture has more than one texel.
     pub anisotropy: u32,
-    /// Shaders find the places that this takes, and no samplers.
+    /// Shaders place the samples of anisotropic filtering, not samplers.
     pub places_by_shaders: bool,
     /// Edge of the square of a pixel, in pixels, that a frame filters textures for: 1, or less where several frames make a picture.
     pub footprint: f32,
@@ -201,8 +201,8 @@ pub struct FramePlan {
 }
 
 impl FramePlan {
-    /// Returns true if the CPU finds those of these that a frame's camera does not need, and leaves them out. A GPU draws them faster than that
-    /// (docs/FIGURES.md).
+    /// Returns true if frames leave out the elements of `part` that their camera does not need. A GPU draws them faster than the CPU finds them
+    /// (docs/FIGURES.md), so only CPU devices do this.
     pub(crate) fn may_leave_out(&self, part: OptionalPart) -> bool {
         self.software && !self.keep.has(part)
     }
@@ -217,8 +217,7 @@ impl FramePlan {
         geometry_locations(self.gbuffer.as_ref(), self.shading, (self.emissive, self.triangles.is_some()))
     }
 
-    /// The lights that frames have, by the scene's numbers, in the order in which they are added: directional ones, those that reach everywhere,
-    /// those of limited reach.
+    /// The lights of a frame, as indices into the scene's, in the order in which they are added: directional, unbounded, then bounded lights.
     pub fn light_numbers(&self) -> &[usize] {
         &self.light_order.order
     }
@@ -243,7 +242,7 @@ impl FramePlan {
         is_tiled(self.light_path)
     }
 
-    /// Returns true if surfaces are lit while they are rasterized: there is no G-buffer.
+    /// Returns true if surfaces are lit while they are rasterized, without a G-buffer.
     pub fn is_forward(&self) -> bool {
         is_forward(self.light_path)
     }
@@ -284,7 +283,7 @@ impl FramePlan {
         let forward = match self.light_path {
             LightPath::Clustered => true,
             LightPath::Forward => self.lists_as_drawn,
-            // Transparent surfaces and those with lobes are lit as they are drawn, by any light path.
+            // On any light path, transparent surfaces and surfaces with lobes are lit as they are drawn.
             LightPath::ForwardNaive => false,
             // Effects that are blended are lit before they are drawn.
             _ => {
@@ -325,9 +324,9 @@ impl FramePlan {
         self.has_geometry() && self.shading != Shading::ShowGbuffer(View::Complexity)
     }
 
-    /// The bound at which light is cut off before it is stored: below the largest value of its format, which is 65504 for half floats and 65024 (red,
-    /// green) and 64512 (blue) for packed ones; single ones end beyond what a finite scene reaches. Half of that where transparent surfaces may add
-    /// their highlights to it.
+    /// The bound at which light is clamped before it is stored. It lies below the largest value of the format: 65504 for half floats, 65024 (red,
+    /// green) and 64512 (blue) for packed ones; 32-bit floats exceed any light of a finite scene. It is halved if transparent surfaces may add
+    /// highlights.
     pub fn largest_light(&self) -> f32 {
         match self.light_format() {
             vk::Format::R16G16B16A16_SFLOAT | vk::Format::B10G11R11_UFLOAT_PACK32 if self.transparency.is_some() => {
@@ -339,8 +338,8 @@ impl FramePlan {
         }
     }
 
-    /// The bound at which TONEMAP cuts light off, and effects before it: sums may have become infinite in half floats, and light of this value is shown
-    /// as white.
+    /// The bound at which TONEMAP and the effects before it clamp light: sums of half floats may have become infinite, and light of this value is
+    /// shown as white.
     pub fn largest_shown(&self) -> f32 {
         let single = self.hdr == Some(vk::Format::R32G32B32A32_SFLOAT);
         let linear = matches!(self.tone_mapping, ToneMapping::AfterFrames(_) | ToneMapping::Absent);
@@ -366,7 +365,7 @@ impl FramePlan {
         }
     }
 
-    /// Returns the effect that is blended as transparent surfaces are, where there are no such surfaces.
+    /// Returns the effect that is blended like transparent surfaces, if the plan has no transparent surfaces.
     fn blended_alone(&self) -> Option<&'static Blended> {
         let blended = self.effects.present().find_map(|effect| effect.blended.as_ref());
         blended.filter(|_| self.transparent.is_empty())
@@ -377,14 +376,15 @@ impl FramePlan {
         self.shading != Shading::ShowShadowMap
     }
 
-    /// Returns true if there is TONEMAP, which reads the HDR target: it ends the render pass of the light, or comes after effects that read that light in another.
+    /// Returns true if frames have TONEMAP, which reads the HDR target: as the last subpass of the light's render pass, or after effects that read
+    /// the light in another render pass.
     pub fn has_tonemap_subpass(&self) -> bool {
         let [_, read] = self.effects.hdr(self.light_path);
         matches!(self.tone_mapping, ToneMapping::Subpass(_) | ToneMapping::Kept) || read.is_some()
     }
 }
 
-/// They are fixed (`shaders/geometry.wgsl`), so the highest in use counts.
+/// Colour locations of GEOMETRY. They are fixed (`shaders/geometry.wgsl`), so the highest in use counts.
 fn geometry_locations(gbuffer: Option<&Gbuffer>, shading: Shading, (emissive, triangles): (bool, bool)) -> u32 {
     match gbuffer {
         None => u32::from(shading.only_covers() || triangles),

@@ -2,8 +2,8 @@
 //!
 //! Each module has its `Flags`, `VARIANTS` and `variant(flags)`, the ids of its specialization constants (`constants`), and the sizes and
 //! offsets of its push constants (`push`) and of the structs in its buffers (`structs`), for assertions beside the Rust twins. `host` has the constants
-//! that its source marks with `// host`, `shared` those of the files of `shaders/shared/`, and `WORKGROUP_SIZE` is that of every variant: such numbers stand
-//! in the shader alone.
+//! that its source marks with `// host`, `shared` has the constants of the files in `shaders/shared/`, and `WORKGROUP_SIZE` holds for every variant. These
+//! numbers are written in the shader alone.
 
 #[cfg(feature = "hot-reload")]
 pub mod exchange;
@@ -25,8 +25,8 @@ pub struct Shader {
     pub name: &'static str,
     /// Every variant, ascending by its flags.
     pub variants: &'static [Variant],
-    /// The facts on which this program relies beside those that the variants tell, one a line: flags, specialization constants, constants for the
-    /// host, push constants, structs.
+    /// The facts that this program relies on and the variants do not list, one a line: flags, specialization constants, constants for the host, push
+    /// constants, structs.
     pub interface: &'static str,
 }
 
@@ -35,7 +35,7 @@ pub struct Shader {
 pub struct Variant {
     /// The flags, as bits.
     pub bits: u32,
-    /// Its entry points, in the order of the source.
+    /// The entry points, in the order of the source.
     pub entry_points: &'static [&'static EntryPoint],
 }
 
@@ -72,7 +72,7 @@ pub struct EntryPoint {
     pub name: &'static CStr,
     /// Stage.
     pub stage: Stage,
-    /// Its module, of SPIR-V 1.3.
+    /// The module, in SPIR-V 1.3.
     pub spirv: Spirv,
     /// The resources that it uses, by set and binding.
     pub bindings: &'static [Binding],
@@ -89,13 +89,13 @@ pub struct EntryPoint {
 /// A module's words, or their place.
 #[derive(Clone, Copy, Debug)]
 pub enum Spirv {
-    /// In the program, packed with those of other variants.
+    /// Packed with the modules of other variants in the program.
     Packed {
         /// Index into the blocks of modules.
         block: usize,
-        /// Its first word in the block.
+        /// The first word in the block.
         start: usize,
-        /// The number of its words.
+        /// The number of words.
         words: usize,
     },
     /// Compiled while the program runs.
@@ -103,7 +103,7 @@ pub enum Spirv {
 }
 
 impl Spirv {
-    /// The words. A block is unpacked when the first of its modules is asked for, in about half a millisecond, and stays so until the program ends.
+    /// The words. The first use of a block unpacks it, in about half a millisecond, and it stays unpacked until the program ends.
     #[must_use]
     pub fn words(self) -> &'static [u32] {
         match self {
@@ -115,7 +115,7 @@ impl Spirv {
 
 /// Modules that are packed together.
 struct Block {
-    /// Its place in `SPIRV`.
+    /// The block's bytes in `SPIRV`.
     range: Range<usize>,
     words: usize,
     unpacked: OnceLock<Vec<u32>>,
@@ -198,7 +198,7 @@ pub struct VertexInput {
     pub name: &'static str,
     /// Location.
     pub location: u32,
-    /// Its type in the shader; the buffer's may be a normalized one.
+    /// The type in the shader; the buffer's may be normalized.
     pub format: VertexFormat,
 }
 
@@ -251,7 +251,7 @@ pub struct SpecConstant {
     pub name: &'static str,
     /// `constant_id`.
     pub id: u32,
-    /// Its value where a pipeline sets none.
+    /// The value if a pipeline sets none.
     pub default: ConstantValue,
 }
 

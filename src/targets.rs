@@ -41,7 +41,7 @@ impl Targets {
         let image = |target| {
             let usage = usage(target);
             let [width, height] = plan.extent_of(target);
-            // It need never leave the tile.
+            // Transient attachments need never leave the tile.
             let stays = usage.contains(vk::ImageUsageFlags::TRANSIENT_ATTACHMENT);
             let desc = ImageDesc {
                 name: &format!("target {target}"),
@@ -67,7 +67,7 @@ impl Targets {
         self.find(target).unwrap_or_else(|| panic!("the plan has no target {target}"))
     }
 
-    /// The same, unless it is one of the swapchain's.
+    /// The image of a target; `None` if the plan lacks it or draws it straight into the swapchain's images.
     pub fn find(&self, target: Target) -> Option<&Image> {
         self.images.iter().find(|(own, _)| *own == target).map(|(_, image)| image)
     }

@@ -58,12 +58,12 @@ pub enum LightWork {
     Spheres(Vec<Reach>),
 }
 
-/// A transparent object to be drawn, and where its triangles lie from back to front.
+/// A transparent object to be drawn, and the place of its triangles, sorted back to front.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SortedDraw {
-    /// Of one instance.
+    /// The draw of one instance.
     pub draw: Draw,
-    /// Its first index in [`Visible::sorted_indices`]; none where the order does not matter.
+    /// The first index in [`Visible::sorted_indices`]; `None` if the order does not matter.
     pub first_index: Option<u32>,
 }
 
@@ -72,32 +72,32 @@ pub struct SortedDraw {
 pub struct Visible {
     /// Indices into [`World::objects`] of everything that is drawn: the instances of `draws`, of `shaded`, of `occluders`, and of `transparent`.
     pub instances: Vec<u32>,
-    /// CULL's input, where the device culls opaque objects; then `draws` has none of them.
+    /// CULL's input if the device culls opaque objects; `draws` then has no opaque objects.
     pub culling: Option<CullView>,
-    /// The choice of levels of detail; none where no mesh has any.
+    /// The choice of levels of detail; `None` if no mesh has levels.
     pub levels: Option<LevelChoice>,
-    /// From near to far by the far ends of boxes, so that early depth tests save the most: hidden fragments cost more than changes of state (Sponza's
-    /// GEOMETRY takes a fifth less CPU on lavapipe than sorted by material). Equally near ones by pipeline and material.
+    /// Draws from near to far by the far ends of boxes, so that early depth tests save the most: hidden fragments cost more than state changes
+    /// (Sponza's GEOMETRY takes a fifth less CPU time on lavapipe than sorted by material). Equally near draws are sorted by pipeline and material.
     pub draws: Vec<Draw>,
     /// The draws that shade after a depth pre-pass: `draws` from far to near. Of coplanar surfaces the last drawn wins after a pre-pass, and the
     /// first without one.
     pub shaded: Vec<Draw>,
-    /// Opaque objects whose depth the device draws first, to find out what they hide, where it does that.
+    /// Opaque objects whose depth the device draws first if it does occlusion culling.
     pub occluders: Vec<Draw>,
     /// Transparent objects, the farthest first.
     pub transparent: Vec<SortedDraw>,
     /// Indices of the transparent objects' triangles, the farthest of each object first.
     pub sorted_indices: Vec<u32>,
-    /// The plan's shadow maps; none in which nothing that is seen is looked up.
+    /// The plan's shadow maps; `None` for maps that no visible surface samples.
     pub shadows: Vec<Option<Arc<ShadowView>>>,
-    /// The visible receivers, where casters that shadow none of them are left out.
+    /// The visible receivers, if casters that shadow none of them are left out.
     receivers: Option<Receivers>,
-    /// The lights of limited reach by froxel, where the plan has such lists.
+    /// The lights of limited reach by froxel, if the plan has light lists.
     pub clusters: Option<Clusters>,
     pub lights: LightWork,
-    /// The lights that reach what is seen.
+    /// The lights that reach something visible.
     pub active_lights: ActiveLights,
-    /// The scene's emitters at this moment, where the plan draws what they emit.
+    /// The scene's emitters at this moment, if the plan draws particles.
     pub emitters: Emitters,
     /// Objects beside or behind the view.
     pub culled: usize,
@@ -118,7 +118,7 @@ impl Visible {
         let culling = plan.culls_on_device.then(|| list.cull_view(&frustum, camera, world));
         let mut seen = match plan.keep.has(OptionalPart::OffscreenObjects) {
             true => vec![true; world.objects.len()],
-            // Only the device knows which opaque objects are in view: the CPU takes all of them for seen.
+            // Only the device knows which opaque objects are in view, so the CPU counts all of them as seen.
             false if culling.is_some() => list.transparent_in_view(world, &frustum),
             false => list.in_view(&frustum),
         };
@@ -163,7 +163,7 @@ impl Visible {
                 Some(_) => vec![world.bounds],
                 None => objects().map(|object| object.bounds).collect(),
             };
-            // Shadows fall on what emitters send out, too.
+            // Particles receive shadows, too.
             boxes.extend(world.emitter_boxes(plan));
             boxes.extend(in_air.then(|| world.air_around(camera)));
             add_cascades(&mut shadows, world, shadow, camera, aspect, &boxes);
@@ -215,7 +215,7 @@ impl Visible {
         }
     }
 
-    /// Casters of one of the maps, without those that shadow nothing that is seen.
+    /// The casters of a map that shadow something visible.
     pub fn needed(&self, world: &World, plan: &ShadowPlan, view: &ShadowView) -> Vec<Caster> {
         match &self.receivers {
             Some(receivers) => receivers.needed(world, plan, view),
@@ -223,7 +223,7 @@ impl Visible {
         }
     }
 
-    /// Opaque objects that are drawn, but for those that the device finds.
+    /// The number of opaque objects that are drawn, without objects that the device culls by itself.
     pub fn opaque_count(&self) -> usize {
         self.draws.iter().map(|draw| draw.count as usize).sum()
     }
@@ -234,7 +234,7 @@ impl Visible {
     }
 }
 
-/// Transparent objects from far to near, equally far ones by pipeline and material, coats after what they lie in.
+/// Transparent objects from far to near, and equally far ones by pipeline and material. Coats follow the surfaces that they lie on.
 fn far_to_near(world: &World, camera: &Camera, seen: &[u32]) -> impl Iterator<Item = u32> {
     let placed = |&index: &u32| (camera.order(world.objects[index as usize].bounds.center()), index);
     let mut order: Vec<(f64, u32)> = seen.iter().map(placed).collect();

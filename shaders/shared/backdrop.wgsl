@@ -14,7 +14,7 @@ fn texels_of(size: vec2<u32>, level: u32) -> u32 {
     return extent.x * extent.y;
 }
 
-// The index of a level's first texel. Without a loop: compilers take minutes for one in the loops of those who ask.
+// The index of a level's first texel. The sum is unrolled: in the loops of the callers, compilers take minutes for another loop.
 fn level_start(size: vec2<u32>, level: u32) -> u32 {
     var start = select(0u, texels_of(size, 0u), level > 0u);
     start += select(0u, texels_of(size, 1u), level > 1u);

@@ -38,7 +38,7 @@ fn axis_of(size: u32, level: u32) -> Axis {
     return Axis(i32(count), f32(size - whole) / f32(1u << level));
 }
 
-// None beside the picture.
+// Mass of a texel; 0 beside the picture.
 fn mass(axis: Axis, index: i32) -> f32 {
     let inside = select(1.0, axis.last, index == axis.count - 1);
     return select(0.0, inside, index >= 0 && index < axis.count);
@@ -71,7 +71,7 @@ fn down(axis: Axis, index: i32) -> Down {
     if TAPS > 2u {
         crossing = vec2(exchanged(axis, first), exchanged(axis, first + 2));
     }
-    // From one before its own two on.
+    // Weights of four texels: the one before the texel's own two, these two, and the one after them.
     let four = vec4(crossing.x, masses - crossing, crossing.y) / (masses.x + masses.y);
     if TAPS <= 4u {
         return Down(vec3(0.0, four.xy), vec3(four.zw, 0.0));

@@ -20,7 +20,7 @@ const LAMBERT: u32 = 3u; // host
 // A lit point, with all that is the same for every light.
 struct Surface {
     normal: vec3<f32>,
-    // The same, HALF_SCALE long; Cook-Torrance alone has it.
+    // The normal, HALF_SCALE long; set for Cook-Torrance only.
     half_axis: vec3<f32>,
     // Unit vector towards the eye.
     view: vec3<f32>,
@@ -31,7 +31,7 @@ struct Surface {
     // F90 of Cook-Torrance, and F90 - F0.
     grazing: f32,
     fresnel_rise: vec3<f32>,
-    // At least MIN_N_DOT_V, and as it is.
+    // NdotV, at least MIN_N_DOT_V; `along_view` is unlimited.
     n_dot_v: f32,
     along_view: f32,
     // GGX: alpha squared, and 1 less that.
@@ -166,8 +166,8 @@ fn cook_torrance(s: Surface, light: vec3<f32>, n_dot_l: f32) -> vec3<f32> {
     let x = 1.0 - min(0.5 / HALF_SCALE * sqrt(length_squared), 1.0);
     let x2 = x * x;
     let fresnel = s.specular + s.fresnel_rise * (x2 * x2 * x);
-    // D V in one division, where V = 0.5 / smith: that of `ggx_lobe`, times |h|^4 above and below. Where light and eye are opposite h is zero, and
-    // the lobe does not reach there.
+    // D V in one division, where V = 0.5 / smith: as in `ggx_lobe`, with numerator and denominator times |h|^4. Where light and eye are opposite h is
+    // zero, and the lobe does not reach there.
     let smith = n_dot_l * s.smith_v + s.n_dot_v * sqrt(n_dot_l * n_dot_l * s.smith_slope + s.alpha_squared);
     let d = along_squared * s.alpha_squared + across_squared;
     let lobe = length_squared * length_squared * s.lobe_scale / max(d * d * smith, 1e-30);

@@ -1,5 +1,5 @@
-// CULL, ARRANGE and FILL share this: instances lie in a list, those that one command draws (a batch) after each other. Work groups look at
-// groups of them, each a part of one batch.
+// Data of CULL, ARRANGE and FILL. Instances are in a list, in which a batch, the instances of one draw command, is contiguous. Work groups look at
+// groups of instances, each a part of one batch.
 #define_import_path afterlight::culling
 
 struct Cull {
@@ -33,7 +33,7 @@ struct Cull {
     is_orthographic: u32,
     // As the passes that draw have it.
     clip_from_world: mat4x4<f32>,
-    // Its width and height in pixels.
+    // The picture's width and height in pixels.
     picture: vec2<f32>,
     // Work groups of PYRAMID across and down.
     tiles: vec2<u32>,
@@ -50,12 +50,12 @@ struct Cull {
 @group(0) @binding(2) var<storage, read_write> culled: array<u32>;
 
 struct Batch {
-    // The mesh itself is one of them.
+    // Levels of detail, of which the mesh itself is one.
     levels: u32,
     groups: u32,
     // The counts of a step: of the first level all groups', then of the next.
     first_slot: u32,
-    // The batch's first command among those of a step, and its first level among all levels.
+    // The batch's first command among the commands of a step, and its first level among all levels.
     first_command: u32,
     first_vertex: u32,
     first_group: u32,

@@ -55,7 +55,7 @@ fn decode_normal(t: vec4<f32>, encoding: u32) -> vec3<f32> {
     }
 }
 
-// The same 65536 codes in an unsigned integer target.
+// Octahedral encoding with 65536 codes, in an unsigned integer target.
 fn encode_normal_uint(n: vec3<f32>) -> vec2<u32> {
     return vec2<u32>(round(octahedral(n) * 32767.0) + 32767.0);
 }
@@ -65,8 +65,8 @@ fn decode_normal_uint(t: vec2<u32>) -> vec3<f32> {
 }
 
 // Packs a Cook-Torrance surface's reflectances, facing the eye and grazing, for a specular target that has such surfaces. The square root gives dark
-// reflectances most codes, and 0.04 is one of 8 bits (51). Two thirds of the last channel are for the grazing share, of which 1 is a code
-// (170); above are those of the other BRDFs: 7/9, 8/9 and 1.
+// reflectances most codes, and 0.04 has an exact 8-bit code (51). Two thirds of the last channel are for the grazing share, whose 1 has an exact code
+// (170); the values above mark the other BRDFs: 7/9, 8/9 and 1.
 fn encode_dielectric(facing: vec3<f32>, grazing: f32) -> vec4<f32> {
     return vec4(sqrt(facing), grazing * (2.0 / 3.0));
 }

@@ -6,12 +6,12 @@
 // in a whole pixel.
 override FOOTPRINT: f32 = 1.0;
 
-// Places that a pixel is filtered from at most where shaders find them; 1 where the sampler does.
+// Maximum anisotropy where shaders filter: texture samples per pixel; 1 where the sampler does.
 override PLACES: u32 = 1u;
 
 // The places along the long side of the parallelogram that a pixel covers on a texture.
 struct Places {
-    // From one to the next.
+    // Step from one place to the next.
     step: vec2<f32>,
     count: f32,
     level: f32,

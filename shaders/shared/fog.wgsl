@@ -11,9 +11,9 @@ const FOUR_PI: f32 = 12.566370614;
 // Logarithms of densities, and optical depths, are cut off here: exp(-80) is 2e-35, which nobody sees.
 const MOST_LOG: f32 = 80.0;
 
-// From the eye to the surface seen through a pixel.
+// The ray from the eye to the surface seen through a pixel.
 struct FogRay {
-    // Of length 1.
+    // Unit vector.
     direction: vec3<f32>,
     // Metres along it for each metre along the view.
     stretch: f32,
@@ -37,21 +37,21 @@ fn mean_decay(x: f32) -> f32 {
     return (1.0 - exp(-x)) / x;
 }
 
-// Optical depth along so many metres of a ray. Symmetric in its ends: the lower one has the densest fog, which falls from there on.
+// Optical depth along `metres` of a ray. Symmetric in its ends: the fog is densest at the lower end, and falls from there on.
 fn fog_depth(ray: FogRay, metres: f32) -> f32 {
     let climb = ray.direction.y * metres * frame.air.rate;
     let lowest = ray.rise + min(climb, 0.0);
     return metres * mean_decay(abs(climb)) * exp(min(frame.air.density - lowest, MOST_LOG));
 }
 
-// The same of all of the ray. A ray that does not climb never leaves the fog.
+// Optical depth of an endless ray. A ray that does not climb never leaves the fog.
 fn endless_fog_depth(ray: FogRay) -> f32 {
     let climb = ray.direction.y * frame.air.rate;
     let here = exp(min(frame.air.density - ray.rise, MOST_LOG));
     return select(3.4e38, here / climb, climb > 0.0);
 }
 
-// The same ray, so many metres on.
+// The ray moved on by `metres`.
 fn fog_moved(ray: FogRay, metres: f32) -> FogRay {
     return FogRay(ray.direction, ray.stretch, ray.rise + ray.direction.y * metres * frame.air.rate);
 }
@@ -77,7 +77,8 @@ fn phase(direction: vec3<f32>, to_light: vec3<f32>, g: f32) -> f32 {
 }
 #endif
 
-// The exposed light that endless fog sends against the direction. A ray through less of it gains as large a part of that as it loses of its own light.
+// The exposed light that endless fog sends against the direction. A ray through less fog loses a share of its own light, and gains an equal share of
+// this light.
 fn fog_light(direction: vec3<f32>, largest: f32) -> vec3<f32> {
     var radiance = frame.air.light;
 #ifdef LIGHTS

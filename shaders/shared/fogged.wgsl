@@ -10,15 +10,15 @@ override FOG: bool = false;
 #ifndef UNIFORM_BUFFER
 #import afterlight::froxels::{froxel_light}
 
-// Lamps and shadows are in it. A constant and no variant, which would be every second one of all shaders that light what they draw: where there are no
-// froxels, their binding names the lights, and nothing reads it.
+// The fog has lamps and shadows in it. A variant would double the number of all shaders that light what they draw, so this is a constant. If there
+// are no froxels, their binding names the lights, and nothing reads it.
 override FROXELS: bool = false;
 #endif
 #endif
 
-// At a place relative to the camera; its colour is times its alpha. The surface behind it is fogged as if the layer did not exist: that fog has left
-// the share t of the light behind, and added s, the light scattered on the whole way. Over that a layer of colour c that hides the share a has to
-// give t (c + (1 - a) b) + s where the picture has t b + s: blended as t c + a s with its own alpha it does.
+// Fogs a layer at a place relative to the camera; the layer's colour is premultiplied by alpha. The surface behind it is fogged as if the layer did
+// not exist: that fog has left the share t of the light behind, and added s, the light scattered on the whole way. Over that a layer of colour c that
+// hides the share a has to give t (c + (1 - a) b) + s where the picture has t b + s: blended as t c + a s with its own alpha it does.
 fn seen_through_air(world: vec3<f32>, own: vec4<f32>, largest: f32) -> vec4<f32> {
     if !FOG {
         return own;

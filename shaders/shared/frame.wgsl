@@ -12,7 +12,7 @@ struct Frame {
     ray_center: vec3<f32>,
     near: f32,
     ray_x: vec3<f32>,
-    // From nits to the unit in which light is stored and tone-mapped.
+    // Factor from nits to the unit in which light is stored and tone-mapped.
     exposure: f32,
     ray_y: vec3<f32>,
     // 2 / width and 2 / height.
@@ -29,11 +29,11 @@ struct Frame {
     // Lights are sorted: the first `directional_count` are directional.
     directional_count: u32,
     light_count: u32,
-    // The first so many lights meet every pixel in a loop; the light path deals with the others.
+    // The number of lights, from the first, that meet every pixel in a loop; the light path deals with the others.
     looped_count: u32,
     // The direction of the camera's view, a unit vector.
     forward: vec3<f32>,
-    // The first so many reach everywhere; the froxels have lists of the others.
+    // The number of lights, from the first, that reach everywhere; the froxels have lists of the others.
     global_count: u32,
     // Froxels across and down.
     cluster_columns: u32,
@@ -52,9 +52,9 @@ struct Frame {
     sky_turn: vec2<f32>,
     // Towards the sun that is drawn into the sky.
     sun_direction: vec3<f32>,
-    // From the sky's texels to nits.
+    // Factor from the sky's texels to nits.
     sky_scale: f32,
-    // Of the sun's disc, in nits.
+    // Radiance of the sun's disc, in nits.
     sun_radiance: vec3<f32>,
     // The sine of the disc's angular radius.
     sun_sine: f32,
@@ -83,14 +83,14 @@ fn view_ray(pixel: vec2<f32>) -> vec3<f32> {
     return across(pixel);
 }
 
-// From a direction of the world to the sky's own.
+// Turns a direction of the world into the sky's own.
 fn to_sky(direction: vec3<f32>) -> vec3<f32> {
     let turn = frame.sky_turn;
     return vec3(direction.x * turn.x - direction.z * turn.y, direction.y, direction.x * turn.y + direction.z * turn.x);
 }
 
 // ANCHOR: place-of-a-pixel
-// The distance along the view axis at a depth, in metres. Without a far plane: depth = near / distance.
+// The distance along the view axis at a depth, in metres. A perspective camera has no far plane: depth = near / distance.
 fn distance_at(depth: f32) -> f32 {
     if ORTHOGRAPHIC {
         return frame.near + (1.0 - depth) * frame.depth_range;

@@ -60,7 +60,7 @@ fn froxel(at: vec3<u32>) -> Froxel {
     return Froxel(unpack_light(packed.xy), unpack_light(packed.zw));
 }
 
-// Between the middles of four columns.
+// Interpolates between the middles of four columns.
 fn froxel_at(pixel: vec2<f32>, slice: u32) -> Froxel {
     let most = vec2<f32>(f32(FROXEL_COLUMNS), f32(FROXEL_ROWS)) - 1.0;
     let at = clamp(pixel / column_size() - 0.5, vec2(0.0), most);
@@ -72,8 +72,8 @@ fn froxel_at(pixel: vec2<f32>, slice: u32) -> Froxel {
     return mixed(above, below, share.y);
 }
 
-// The exposed light that the fog before a distance along the view scatters to the eye. `is_endless`: nothing is seen there. From the beginning of its slice on
-// the light is that of the slice, and beyond the last one that of no lamp and no shadow.
+// The exposed light that the fog before a distance along the view scatters to the eye. `is_endless`: nothing is seen there. From the beginning of its
+// slice on, the fog has the slice's light; beyond the last slice, light without lamps and shadows.
 fn froxel_light(pixel: vec2<f32>, ray: FogRay, distance: f32, is_endless: bool, largest: f32) -> vec3<f32> {
     let slice = select(slice_at(distance), FROXEL_SLICES, is_endless);
     let own = froxel_at(pixel, slice);

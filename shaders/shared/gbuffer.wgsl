@@ -99,7 +99,7 @@ struct Stored {
 }
 
 #ifdef MSAA
-// The part of the pixel that is read: one of its samples; or the first, at the mean place of so many.
+// The part of the pixel that is read: one of its samples; or the values of the first, at the mean place of `samples_in_mean`.
 var<private> chosen_sample: u32 = 0u;
 var<private> samples_in_mean: u32 = 1u;
 
@@ -128,7 +128,7 @@ fn load_sample(pixel: vec2<f32>, sample: u32) -> Stored {
     return stored;
 }
 
-// Reversed depth; 0 where there is no surface.
+// Reversed depth; 0 without a surface.
 fn sample_depth(pixel: vec2<f32>, sample: u32) -> f32 {
     return textureLoad(stored_depth, vec2<i32>(pixel), sample);
 }
@@ -153,7 +153,7 @@ fn load_sample(pixel: vec2<f32>, sample: u32) -> Stored {
     return stored;
 }
 
-// Reversed depth; 0 where there is no surface.
+// Reversed depth; 0 without a surface.
 fn sample_depth(pixel: vec2<f32>, sample: u32) -> f32 {
     return textureLoad(subpass_depth, vec2<i32>(0, 0), sample);
 }
@@ -179,12 +179,13 @@ fn covered_samples(pixel: vec2<f32>, count: u32) -> u32 {
 }
 
 // The greatest difference between the values of samples that are shaded as one: where two triangles of one smooth surface meet in a pixel, they
-// differ by less than from one pixel to the next. Of an encoded normal, or of the value itself.
+// differ by less than from one pixel to the next. Normals are compared as encoded, other values as they are.
 const NORMAL_TOLERANCE: f32 = 1.0 / 64.0;
 const VALUE_TOLERANCE: f32 = 1.0 / 64.0;
 const LEAST_TOLERANCE: f32 = 1.0 / 1024.0;
-// The greatest distance of a sample's depth from the plane of the pixel's surface: this part of the change of depth across the pixel by the plane's
-// slope, or by half the slope of 45 degrees, as the normal of a smooth mesh is not that of its triangles; and rounding, as a part of the depth.
+// The greatest distance of a sample's depth from the plane of the pixel's surface has two parts. The first is a share of the change of depth across
+// the pixel by the plane's slope, or by half the slope of 45 degrees if that is more, because the normal of a smooth mesh is not normal to its
+// triangles. The second is rounding, as a share of the depth.
 const SLOPE_TOLERANCE: f32 = 0.25;
 const LEAST_SLOPE: f32 = 0.5;
 const DEPTH_TOLERANCE: f32 = 1.0 / 262144.0;
@@ -231,7 +232,7 @@ fn samples_agree(center: vec2<f32>, count: u32, normal_encoding: u32, geometric_
     return same;
 }
 
-// By differences, so that the mean of equal values is that value.
+// Averages differences, so that the mean of equal values is that value.
 fn mean_depth(pixel: vec2<f32>) -> f32 {
     let first = sample_depth(pixel, chosen_sample);
     var differences = 0.0;
@@ -309,7 +310,7 @@ fn load_position(pixel: vec2<f32>) -> vec3<f32> {
 #endif
 }
 
-// Reversed depth; 0 where there is no surface.
+// Reversed depth; 0 without a surface.
 fn load_depth(pixel: vec2<f32>) -> f32 {
 #ifdef MSAA
     return mean_depth(pixel);
@@ -327,7 +328,7 @@ fn load_depth(pixel: vec2<f32>) -> f32 {
 #endif
 }
 
-// `geometric_steps`: codes of a channel that holds half of the geometric normal, as GEOMETRY wrote it; 0 where none does.
+// `geometric_steps`: codes of a channel that holds half of the geometric normal, as GEOMETRY wrote it; 0 if none holds it.
 fn load_texel(pixel: vec2<f32>, normal_encoding: u32, geometric_steps: f32) -> Texel {
     let stored = load_stored(pixel);
     var texel: Texel;

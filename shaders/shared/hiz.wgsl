@@ -6,7 +6,7 @@
 const TILE: i32 = 32; // host
 const LAST_LEVEL: i32 = 5;
 
-// The first texel of a level, for a picture of so many tiles.
+// The first texel of a level, for a picture of `tiles` tiles.
 fn level_at(level: i32, tiles: vec2<i32>) -> vec2<i32> {
     let half = tiles * (TILE / 2);
     if level == 1 {

@@ -9,7 +9,7 @@ struct Rows {
     z: vec4<f32>,
 }
 
-// From mesh space to the world around the camera.
+// Maps a position from mesh space to the world around the camera.
 fn world_position(rows: Rows, position: vec3<f32>) -> vec3<f32> {
     let p = vec4(position, 1.0);
     return vec3(dot(rows.x, p), dot(rows.y, p), dot(rows.z, p));

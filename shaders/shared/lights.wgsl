@@ -4,7 +4,7 @@
 const INVERSE_SQUARE: u32 = 0u; // host
 const QUADRATIC: u32 = 1u; // host
 const POLYNOMIAL: u32 = 2u; // host
-// In place of one that all lights have: each has its own.
+// In place of a fall-off that all lights share: each light has its own.
 const MIXED_FALLOFF: u32 = 3u; // host
 // A beam has none.
 const NO_FALLOFF: u32 = 3u; // host
@@ -25,12 +25,12 @@ struct Light {
     inverse_range_squared: f32,
     // Colour times intensity.
     color: vec3<f32>,
-    // Bits 0 and 1: the fall-off. The others are those of its shadow maps, see shadows.wgsl.
+    // Bits 0 and 1: the fall-off. The other bits describe the light's shadow maps, see shadows.wgsl.
     falloff: u32,
     // The direction in which the light of a spot or a beam travels.
     direction: vec3<f32>,
-    // Cone as in KHR_lights_punctual: saturate(cos(angle) * edge_scale + edge_offset)^2; 0 and 1 for a point light. Of a beam the same of the
-    // distance from its axis.
+    // Cone as in KHR_lights_punctual: saturate(cos(angle) * edge_scale + edge_offset)^2; 0 and 1 for a point light. A beam has the same factors for
+    // the distance from its axis.
     edge_scale: f32,
     // Coefficients of the polynomial: constant, linear, quadratic.
     polynomial: vec3<f32>,

@@ -35,7 +35,7 @@ struct LobeRow {
     through: vec4<f32>,
     // Of glass: index of refraction, thickness in units of the mesh, and how far the indices of red and blue lie beside it.
     glass: vec4<f32>,
-    // In 1/m.
+    // Absorption of glass, in 1/m.
     absorption: vec4<f32>,
     // Radiance of the background, exposed.
     background: vec4<f32>,
@@ -52,19 +52,19 @@ struct LobeData {
 // The lobes of the surface that is lit, seen from the camera.
 struct Lobes {
     sheen: vec3<f32>,
-    // Of the sheen's distribution.
+    // Alpha of the sheen's distribution.
     alpha: f32,
     roughness: f32,
-    // The largest channel of its colour.
+    // The largest channel of the sheen's colour.
     most: f32,
-    // Its share of even light, and its visibility's term, towards the eye.
+    // The sheen's share of even light, and its visibility's term, both towards the eye.
     at_view: f32,
     hidden: f32,
     // Of the film: its share in the reflectance, its index of refraction and its thickness in nanometres.
     film: f32,
     film_ior: f32,
     nanometres: f32,
-    // Reflectance facing the eye of what lies below it: of the share that is no metal, and of the metal.
+    // Reflectance facing the eye of the surface below the film: of its dielectric share, and of its metallic one.
     dielectric: vec3<f32>,
     metal: vec3<f32>,
     metallic: f32,
@@ -107,7 +107,7 @@ fn take_sheen(sheen: vec4<f32>, n_dot_v: f32) {
 // Takes the grooves of a material. `texel`: of its texture, (1, 128 / 255, 1) without one. Where the mesh has no tangent there are none.
 fn take_grooves(row: u32, texel: vec3<f32>, tangent: vec4<f32>, geometric: vec3<f32>, normal: vec3<f32>, roughness: f32) {
     let own = lobe_data.rows[row].grooves;
-    // Codes as those of a normal map (instance.wgsl).
+    // Codes as in a normal map (instance.wgsl).
     let centered = texel.xy * 255.0 - 128.0;
     let way = select(centered, vec2(0.0), abs(centered) < vec2(0.01)) / 127.0;
     let turned = vec2(own.y * way.x - own.z * way.y, own.z * way.x + own.y * way.y);
@@ -115,7 +115,7 @@ fn take_grooves(row: u32, texel: vec3<f32>, tangent: vec4<f32>, geometric: vec3<
     take_stretch(tangent.xyz * turned.x + bitangent * turned.y, own.x * texel.z, normal, roughness);
 }
 
-// The same of a direction across the grooves, of any length, and a strength.
+// Takes grooves by a direction across them, of any length, and a strength.
 fn take_stretch(across: vec3<f32>, strength: f32, normal: vec3<f32>, roughness: f32) {
     let flat_across = across - normal * dot(normal, across);
     let is_there = dot(flat_across, flat_across) > 1e-12;
@@ -168,7 +168,7 @@ fn take_transmission(row: u32, texel: vec4<f32>, metallic: f32) -> f32 {
     return take_through(lobe_data.rows[row].through * texel, metallic);
 }
 
-// The same of a colour and that share.
+// Takes the colour of the light that comes through and, in alpha, the share of the base that lets it; returns the share that reflects.
 fn take_through(own: vec4<f32>, metallic: f32) -> f32 {
     lobes.through = own.rgb * (own.a * (1.0 - metallic) / PI);
     return 1.0 - own.a;
@@ -179,14 +179,14 @@ fn dim_transmission(alpha: f32) {
     lobes.through *= alpha;
 }
 
-// Takes what lies below a film.
+// Takes the reflectances below a film.
 fn take_below(dielectric: vec3<f32>, metal: vec3<f32>, metallic: f32) {
     lobes.dielectric = dielectric;
     lobes.metal = metal;
     lobes.metallic = metallic;
 }
 
-// From the table, bilinear.
+// Looks up the table of shares, bilinear.
 fn sheen_share(cosine: f32) -> f32 {
     let last = f32(SHEEN_EDGE - 1u);
     let place = vec2(sqrt(saturate(cosine)), saturate(lobes.roughness)) * last;
@@ -216,12 +216,12 @@ fn sheen_hidden(cosine: f32) -> f32 {
     return exp(2.0 * sheen_curve(0.5) - sheen_curve(max(1.0 - cosine, 0.0)));
 }
 
-// The share of light that a sheen leaves to what lies below it, of one direction.
+// The share of light of one direction that a sheen leaves to the layers below it.
 fn left_by_sheen(share: f32) -> f32 {
     return max(1.0 - lobes.most * share, 0.0);
 }
 
-// The surface's f(l, v) with its other lobes over it; `below` is that of base and highlight.
+// The surface's f(l, v) with its other lobes over it; `below` is f of base and highlight.
 fn over_surface(below: vec3<f32>, normal: vec3<f32>, view: vec3<f32>, n_dot_v: f32, light: vec3<f32>, n_dot_l: f32) -> vec3<f32> {
     if !SHEEN {
         return below;
@@ -317,7 +317,7 @@ fn sensitivity(path: f32, shift: vec3<f32>) -> vec3<f32> {
 // The reflectance of a film in air over a surface with this reflectance facing the eye (Belcour and Barla, "A Practical Extension to Microfacet Theory for
 // the Modeling of Varying Iridescence", 2017, as KHR_materials_iridescence has it).
 fn interference(ior: f32, nanometres: f32, below: vec3<f32>, cosine: f32) -> vec3<f32> {
-    // Not 1 less the sine's square, which cancels where the index is that of air.
+    // The form 1 less the sine's square would cancel for an index like air's.
     let inner = sqrt(max((ior - 1.0) * (ior + 1.0) + cosine * cosine, 0.0)) / ior;
     let upper_facing = facing_of(vec3(ior), 1.0).x;
     let upper = upper_facing + (1.0 - upper_facing) * fifth_power(1.0 - cosine);
@@ -326,7 +326,7 @@ fn interference(ior: f32, nanometres: f32, below: vec3<f32>, cosine: f32) -> vec
     let base = (1.0 + root) / (1.0 - root);
     let lower_facing = facing_of(base, ior);
     let lower = lower_facing + (1.0 - lower_facing) * fifth_power(1.0 - inner);
-    // Light that is reflected at what is denser is shifted by half a wave: here, relative to the first reflection.
+    // Reflection at a denser medium shifts light by half a wave; the shift here is relative to the first reflection.
     let shift = vec3(PI) + select(vec3(0.0), vec3(PI), base < vec3(ior));
     let both = clamp(lower * upper, vec3(1e-5), vec3(0.9999));
     let returned = lower * (passed * passed) / (1.0 - both);

@@ -11,7 +11,7 @@ struct Push {
     // Pre-exposed.
     emissive: vec3<f32>,
     alpha_cutoff: f32,
-    // Ks of the Phong models; of Cook-Torrance, where it has its own, the dielectric share's reflectance facing the eye.
+    // Ks of the Phong models; for Cook-Torrance materials with their own, the dielectric share's reflectance facing the eye.
     specular: vec3<f32>,
     // The value for the specular target's alpha: the BRDF's index / 3, or a code (encodings.wgsl).
     brdf: f32,
@@ -22,7 +22,7 @@ struct Push {
     normal_scale: f32,
     // The index of the material's first row in `uv_maps`.
     first_uv_map: u32,
-    // That of its row of lobes.wgsl, where it has one.
+    // The index of the material's row in lobes.wgsl, if it has one.
     lobes: u32,
     // Of a body of glass: the share of its surface that is round, and 1 over the longest edge of its mesh's box.
     round: f32,
@@ -33,8 +33,8 @@ var<immediate> push: Push;
 
 #ifdef TEXTURED
 #ifdef EXTRAS
-// Textures are arrays whose layers are the cells of an atlas. Those of a material without one are plain images: `bound_fragment`
-// (src/passes/surface.rs) says so in their type, and then no layer is read.
+// Textures are arrays whose layers are the cells of an atlas. A material without an atlas has plain images: `bound_fragment` (src/passes/surface.rs)
+// changes their type accordingly, and no layer is read.
 @group(1) @binding(0) var base_color_texture: texture_2d_array<f32>;
 @group(1) @binding(1) var normal_texture: texture_2d_array<f32>;
 @group(1) @binding(2) var metallic_roughness_texture: texture_2d_array<f32>;
@@ -81,17 +81,17 @@ var<immediate> push: Push;
 #ifdef EXTRAS
 // The mapping of a texture onto a mesh: rows of the map from texture coordinates and 1 to the image.
 struct UvMap {
-    // In w, 1 where the coordinates are those of the second set.
+    // w is 1 for coordinates of the second set.
     x: vec4<f32>,
     y: vec4<f32>,
 }
 
-// One for each slot of each material that has another than the identity somewhere.
+// A map for each slot of each material that has any map but the identity.
 @group(0) @binding(5) var<storage, read> uv_maps: array<UvMap>;
 #endif
 #endif
 
-// The numbers of the slots, which are those of their bindings.
+// The numbers of the slots, equal to the numbers of their bindings.
 const BASE_COLOR_SLOT: u32 = 0u; // host
 const NORMAL_SLOT: u32 = 1u; // host
 const METALLIC_ROUGHNESS_SLOT: u32 = 2u; // host
@@ -104,8 +104,8 @@ const FILM_SLOT: u32 = 8u; // host
 const ANISOTROPY_SLOT: u32 = 9u; // host
 const DIFFUSE_TRANSMISSION_SLOT: u32 = 10u; // host
 
-// Bits of TEXTURES in the passes: which of a material's textures exist. The variables of others are names of one that does, and are never
-// sampled. The bit of a slot is that of its binding.
+// Bits of TEXTURES in the passes: which of a material's textures exist. The variables of missing textures name an existing one, and are never
+// sampled. A slot's bit has the number of its binding.
 const BASE_COLOR: u32 = 1u; // host
 const METALLIC_ROUGHNESS: u32 = 4u; // host
 const OCCLUSION: u32 = 8u; // host
@@ -130,7 +130,7 @@ struct Point {
     // The strength of the specular, from a texture's alpha.
     strength: f32,
 #ifdef LOBES
-    // Their textures alone: lobes.wgsl has the factors.
+    // Values of the textures alone: lobes.wgsl has the factors.
     sheen: vec4<f32>,
     film: vec4<f32>,
     anisotropy: vec3<f32>,
@@ -141,16 +141,16 @@ struct Point {
 // The texture coordinates of a place on a mesh.
 #ifdef EXTRAS
 struct Uvs {
-    // Of two slots each, in their order.
+    // Coordinates of two slots each, in the order of the slots.
     base_and_normal: vec4<f32>,
     metal_and_occlusion: vec4<f32>,
     emissive_and_specular: vec4<f32>,
-    // And of the sheen, where it is drawn.
+    // Coordinates of the shininess, and of the sheen if it is drawn.
     of_shininess: vec4<f32>,
 #ifdef LOBES
-    // And of the film and the anisotropy.
+    // Coordinates of the film and the anisotropy.
     of_film: vec4<f32>,
-    // And of diffuse transmission.
+    // Coordinates of diffuse transmission.
     of_diffuse_transmission: vec2<f32>,
 #endif
     // The layer of each texture in which the instance's cell lies.
@@ -170,7 +170,7 @@ fn mapped_uv(slot: u32, first: vec2<f32>, second: vec2<f32>) -> vec2<f32> {
     return vec2(dot(map.x.xyz, uv), dot(map.y.xyz, uv));
 }
 
-// For the vertex stage, of a mesh's coordinates. The maps are linear, so they commute with interpolation; and fragments need not read them. A
+// Maps a mesh's coordinates in the vertex stage. The maps are linear, so they commute with interpolation; and fragments need not read them. A
 // fragment beside the triangle may read nothing (on lavapipe, zeros), and then the level along every edge would be the smallest.
 fn mapped_uvs(first: vec2<f32>, second: vec2<f32>, look: vec4<u32>) -> Uvs {
     return Uvs(
@@ -255,7 +255,7 @@ fn mapped_normal(normal: vec3<f32>, tangent: vec4<f32>, uvs: Uvs) -> vec3<f32> {
     return bent_normal(texel_of(NORMAL_SLOT, normal_texture, normal_sampler, uvs).xyz, push.normal_scale, normal, tangent);
 }
 
-// For passes that only need the alpha of the base colour.
+// The alpha of the base colour, for passes that need nothing else.
 fn alpha_at(uvs: Uvs) -> f32 {
     return texel_of(BASE_COLOR_SLOT, base_color_texture, base_color_sampler, uvs).a * push.alpha;
 }

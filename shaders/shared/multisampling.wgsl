@@ -1,8 +1,8 @@
 // The places of the samples of a pixel.
 #define_import_path afterlight::multisampling
 
-// From the pixel's centre, in pixels: "Standard sample locations" of the Vulkan specification, for 2, 4 and 8 samples. Their mean is the
-// centre.
+// Offset of a sample from the pixel's centre, in pixels: "Standard sample locations" of the Vulkan specification, for 2, 4 and 8 samples. The mean of
+// the samples is the centre.
 fn sample_offset(sample: u32, count: u32) -> vec2<f32> {
     var sixteenths = array(
         vec2(4.0, 4.0), vec2(-4.0, -4.0),

@@ -2,9 +2,9 @@
 #define_import_path afterlight::particles
 
 struct Particle {
-    // Of its middle, relative to the camera.
+    // Position of the particle's middle, relative to the camera.
     position: vec3<f32>,
-    // Edge of its square in metres; 0 where it is not seen.
+    // Edge of the particle's square in metres; 0 if it is not seen.
     edge: f32,
     // Exposed light, not times alpha; and alpha.
     color: vec4<f32>,
@@ -12,6 +12,6 @@ struct Particle {
     turn: vec2<f32>,
     // The cell of its texture, and from bit 16 on the texture: 0 for none.
     look: u32,
-    // Within so many metres before a surface it fades.
+    // Metres before a surface within which the particle fades.
     softness: f32,
 }

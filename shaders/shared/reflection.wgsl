@@ -11,11 +11,11 @@ const CHOICES: u32 = 16u;
 struct Found {
     // The ray's direction, of length 1.
     direction: vec3<f32>,
-    // Metres to what it met; 0 where it met nothing.
+    // Metres to the hit; 0 without one.
     distance: f32,
     // The lit picture's light there.
     light: vec3<f32>,
-    // 0 where it met nothing.
+    // 0 without a hit.
     confidence: f32,
     // The density of directions there, a steradian; 0 where no ray was sent.
     density: f32,
@@ -91,7 +91,7 @@ fn visible_facet(view: vec3<f32>, point: vec2<f32>, alpha: f32) -> vec3<f32> {
     return normalize(vec3(cap.xy * alpha, max(cap.z, 1e-9)));
 }
 
-// The share of even light that a lobe with a Fresnel term of 1 has: the mean over the choices of what is not masked again on the way out.
+// The share of even light that a lobe with a Fresnel term of 1 reflects: the mean share over the choices that is not masked again on the way out.
 fn lobe_share(n_dot_v: f32, roughness: f32) -> f32 {
     let alpha = max(roughness, MIN_ROUGHNESS) * max(roughness, MIN_ROUGHNESS);
     let view = vec3(sqrt(max(1.0 - n_dot_v * n_dot_v, 0.0)), 0.0, n_dot_v);

@@ -11,7 +11,7 @@
 
 // The material is glass that bends, blurs or tints light (KHR_materials_transmission, KHR_materials_volume, KHR_materials_dispersion).
 override REFRACTS: bool = false;
-// The sky is what rays see that meet nothing; else it is one colour.
+// Rays that meet nothing see the sky, and not one colour.
 override SEES_SKY: bool = false;
 
 @group(0) @binding(13) var<storage, read> backdrop: Backdrop;
@@ -29,11 +29,11 @@ const SMOOTH: f32 = 0.01;
 struct Glass {
     // Indices of refraction of red, green and blue.
     iors: vec3<f32>,
-    // In the world, in metres; 0 is a thin wall.
+    // Thickness in the world, in metres; 0 is a thin wall.
     thickness: f32,
-    // In 1/m.
+    // Absorption in 1/m.
     absorption: vec3<f32>,
-    // From a pane, whose far side lies even with the near one, to a ball.
+    // Shape, from 0 for a pane, whose far side is parallel to the near one, to 1 for a ball.
     round: f32,
     // Light of a ray that meets nothing, where no sky is seen.
     background: vec3<f32>,
@@ -43,7 +43,8 @@ struct Glass {
     turn: vec2<f32>,
 }
 
-// `texel`: the share of the thickness that the material's texture leaves; `scale`: metres per unit of the mesh; `shape`: the round share of its surface, and 1 over its longest edge.
+// `texel`: the share of the thickness that the material's texture leaves; `scale`: metres per unit of the mesh; `shape`: the round share of its
+// surface, and 1 over its longest edge.
 fn glass_of(row: u32, texel: f32, scale: f32, shape: vec2<f32>, roughness: f32, depth: f32) -> Glass {
     let own = lobe_data.rows[row];
     var glass: Glass;
@@ -51,7 +52,7 @@ fn glass_of(row: u32, texel: f32, scale: f32, shape: vec2<f32>, roughness: f32, 
     // A texture makes no body a thin wall, which would absorb nothing.
     glass.thickness = own.glass.y * max(texel, 1e-4) * scale;
     glass.absorption = own.absorption.rgb;
-    // A pane up to a quarter of the longest edge, and where it is round a ball from half of it on.
+    // The body is a pane up to a quarter of the longest edge, and a ball from half of that edge on, as far as it is round.
     glass.round = shape.x * saturate(4.0 * own.glass.y * texel * shape.y - 1.0);
     glass.background = own.background.rgb;
     glass.roughness = roughness;
@@ -88,7 +89,7 @@ fn level_light(level: u32, pixel: vec2<f32>, size: vec2<u32>) -> vec3<f32> {
     return mix(upper, lower, within.y);
 }
 
-// The picture's light about a place, blurred to a square of so many pixels.
+// The picture's light around a place, blurred to a square of `width` pixels.
 fn light_behind(pixel: vec2<f32>, width: f32) -> vec3<f32> {
     let size = picture_size();
     let level = clamp(log2(max(width, 1.0)), 0.0, f32(LAST_LEVEL));
@@ -110,8 +111,9 @@ fn to_pixel(clip: vec2<f32>) -> vec2<f32> {
     return (clip + 1.0) / vec2(frame.pixel_width, frame.pixel_height);
 }
 
-// Light that a ray beyond the glass meets, as stored: it is followed on its line across the picture, on which depth falls evenly, until a surface is nearer than the ray. `spread`: the
-// slope of the cone that the ray stands for. A ray that leaves the picture or passes the last surface meets the background.
+// Light that a ray beyond the glass meets, as stored: the ray is followed on its line across the picture, on which depth falls evenly, until a
+// surface is nearer than the ray. `spread`: the slope of the cone that the ray stands for. A ray that leaves the picture or passes the last surface
+// meets the background.
 fn light_along(start: vec3<f32>, direction: vec3<f32>, before: f32, spread: f32, glass: Glass) -> vec3<f32> {
     let size = picture_size();
     let origin = frame.clip_from_world * vec4(start, 1.0);
@@ -235,8 +237,8 @@ fn unmasked(surface: Surface, cosine: f32) -> f32 {
     return (seen + 1.0) / (seen + hidden_of(cosine, surface.alpha_squared));
 }
 
-// Light through one facet: its share and what it meets. The far side of the body is estimated from its thickness: even with the near side for a pane, and that of a ball of that
-// diameter; exact for both, where the picture shows what they see.
+// Light through one facet: the facet's share times the light that it meets. The far side of the body is estimated from its thickness: parallel to the
+// near side for a pane, and spherical for a ball of this diameter. Both are exact where the picture shows the light that they meet.
 fn light_through(surface: Surface, glass: Glass, place: vec3<f32>, points: vec4<f32>, ior: f32, spread: f32) -> vec3<f32> {
     let alpha = glass.roughness * glass.roughness;
     let is_rough = glass.roughness >= SMOOTH;
@@ -247,7 +249,7 @@ fn light_through(surface: Surface, glass: Glass, place: vec3<f32>, points: vec4<
     let v_dot_h = dot(surface.view, facet);
     let normal = surface.normal;
     let first = passed(surface, v_dot_h);
-    // Of a thin wall: as the facet mirrors it, on the other side.
+    // Light through a thin wall goes as the facet mirrors it, on the other side.
     let mirrored = 2.0 * v_dot_h * facet - surface.view;
     var down = dot(mirrored, normal);
     var out = mirrored - 2.0 * down * normal;

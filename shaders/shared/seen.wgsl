@@ -10,7 +10,7 @@ enable wgpu_binding_array;
 #import afterlight::texel::{Texel}
 #import afterlight::vectors::{unit_or}
 
-// Low bits of a pixel that hold the number of a triangle in its mesh; those above hold the place of its instance in the frame.
+// Low bits of a pixel that hold the triangle's number in its mesh; the bits above hold the instance's place in the frame.
 override TRIANGLE_BITS: u32 = 16u;
 // Some mesh has vertex colours, or some instance a look.
 override EXTRAS: bool = false;
@@ -21,12 +21,12 @@ override NORMAL_MAPS: bool = false;
 struct SeenMaterial {
     base_color: vec3<f32>,
     alpha: f32,
-    // Pre-exposed; black where it is not shown.
+    // Pre-exposed; black if emission is not shown.
     emissive: vec3<f32>,
     normal_scale: f32,
     // Ks of the Phong models, or the reflectance of Cook-Torrance's dielectric share facing the eye.
     specular: vec3<f32>,
-    // And grazing.
+    // Grazing reflectance.
     grazing: f32,
     metallic: f32,
     // Perceptual roughness, or shininess for the Phong models.
@@ -36,7 +36,7 @@ struct SeenMaterial {
     first_uv_map: u32,
     // Bits, see below.
     traits: u32,
-    // By slot: the texture's number, and in the high 8 bits that of its sampler.
+    // For each slot, the texture's number, and the sampler's number in the high 8 bits.
     slots: array<u32, 7>,
 }
 
@@ -77,7 +77,7 @@ const BRDF_SHIFT: u32 = 16u; // host
 @group(3) @binding(11) var<storage, read> looks: array<vec2<u32>>;
 #ifdef TEXTURED
 @group(3) @binding(12) var<storage, read> uv_maps: array<vec4<f32>>;
-// As many as the plan has: src/passes/spirv.rs gives both arrays their lengths. Each pixel looks up those of its material.
+// The arrays are as long as the plan needs: src/passes/spirv.rs gives both their lengths. Each pixel looks up its own material's entries.
 @group(3) @binding(13) var textures: binding_array<texture_2d_array<f32>, 1021>;
 @group(3) @binding(14) var samplers: binding_array<sampler, 1019>;
 #endif
@@ -117,8 +117,8 @@ fn rows_of(instance: u32) -> Rows {
     return Rows(instance_rows[first], instance_rows[first + 1u], instance_rows[first + 2u]);
 }
 
-// Of a pixel that shows something. As Moeller and Trumbore have it ("Fast, Minimum Storage Ray/Triangle Intersection", 1997); all three products are
-// linear in the ray, so that the derivatives are exact.
+// The hit in a pixel that shows something, as Moeller and Trumbore have it ("Fast, Minimum Storage Ray/Triangle Intersection", 1997). All three
+// products are linear in the ray, so that the derivatives are exact.
 fn hit_of(number: u32, pixel: vec2<f32>) -> Hit {
     var hit: Hit;
     hit.instance = number >> TRIANGLE_BITS;
@@ -174,7 +174,8 @@ fn hit_of(number: u32, pixel: vec2<f32>) -> Hit {
     // Rasterizers snap corners to parts of a pixel, so that its middle may lie beside the triangle.
     hit.shares = max(hit.shares, vec2(0.0));
     hit.shares /= max(hit.shares.x + hit.shares.y, 1.0);
-    // The distance at the pixel's middle, where normal and textures are sampled too. Depth in the depth buffer belongs to a place that may lie half a step of the rasterizer's grid beside it.
+    // The distance at the pixel's middle, where normal and textures are sampled too. Depth in the depth buffer belongs to a place that may lie half a
+    // step of the rasterizer's grid beside it.
     hit.distance = dot(place + second * hit.shares.x + third * hit.shares.y, frame.forward) / unit;
     return hit;
 }

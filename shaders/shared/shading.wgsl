@@ -55,13 +55,14 @@ fn surface_of(texel: Texel, model: Model) -> Surface {
     return phong_surface(texel.normal, view, texel.albedo, texel.specular, shininess, brdf);
 }
 
-// The switch of the model goes by a constant where there is one.
+// The BRDF to switch on: the model's constant, unless BRDFs are mixed.
 fn brdf_of(surface: Surface, model: Model) -> u32 {
     return select(model.brdf, surface.brdf, model.brdf == MIXED_BRDF);
 }
 
 #ifdef LOBES
-// Cook-Torrance with the Fresnel term of a thin film, or a highlight that grooves stretch. The film's brightest channel darkens the base, or the base would have the opposite colour.
+// Cook-Torrance with the Fresnel term of a thin film, or a highlight that grooves stretch. The film's brightest channel darkens the base, or the base
+// would have the opposite colour.
 fn filmed_light(surface: Surface, to_light: vec3<f32>, n_dot_l: f32) -> vec3<f32> {
     let half = half_vector(to_light + surface.view);
     let v_dot_h = min(0.5 * half.length, 1.0);
@@ -225,7 +226,7 @@ fn lit(i: u32, reach: Reach, n_dot_l: f32, surface: Surface, texel: Texel, model
     return lights[i].color * (share * reflected(surface, model, reach.to_light, n_dot_l));
 }
 
-// Adds the light of point or spot light number `i` where it is wanted; exactly zero out of its range, its cone, and behind an opaque surface.
+// Adds the light of punctual light number `i` if it is wanted; exactly zero out of its range, its cone, and behind an opaque surface.
 fn add_punctual(radiance: ptr<function, vec3<f32>>, i: u32, wanted: bool, surface: Surface, texel: Texel, model: Model) {
     if is_beam(lights[i], model.traits) {
         let reach = reach_of_beam(lights[i], texel.position, model.traits);
@@ -248,7 +249,7 @@ fn add_punctual(radiance: ptr<function, vec3<f32>>, i: u32, wanted: bool, surfac
     }
 }
 
-// The same from nothing.
+// The light of punctual light number `i` alone.
 fn punctual_light(i: u32, surface: Surface, texel: Texel, model: Model) -> vec3<f32> {
     var radiance = vec3(0.0);
     add_punctual(&radiance, i, true, surface, texel, model);
@@ -256,7 +257,7 @@ fn punctual_light(i: u32, surface: Surface, texel: Texel, model: Model) -> vec3<
 }
 #endif
 
-// The lights that meet every pixel; true for those kinds that exist.
+// The kinds of light that meet every pixel; true for the kinds that exist.
 struct Everywhere {
     ambient: bool,
     directional: bool,
@@ -302,8 +303,8 @@ fn light_everywhere(surface: Surface, texel: Texel, model: Model, which: Everywh
 #endif
 #endif
 #ifdef LIGHTS
-    // Mesa 22's lavapipe compiles a shader with the values of its uniforms put in, and again for each frame (0.3 s), if that takes away half of it, as it does of loops whose
-    // bounds are uniforms. This term hides the bounds from it: a cosine is never above 2, nor is one that is no number.
+    // Mesa 22's lavapipe compiles a shader with the values of its uniforms inserted, and again for each frame (0.3 s), if that removes half of it, as
+    // with loops whose bounds are uniforms. This term hides the bounds from it: a cosine is never above 2, nor is NaN.
     let untold = u32(surface.n_dot_v > 2.0);
     if which.directional {
         let end = frame.directional_count + untold;

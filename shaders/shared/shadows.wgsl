@@ -14,7 +14,7 @@ struct ShadowView {
     v: vec4<f32>,
     depth: vec4<f32>,
     w: vec4<f32>,
-    // The first texel of its square, and the edge of that; 0 where there is nothing to look up.
+    // Origin of the light's square in the map, and the square's edge, in texels. The edge is 0 if there is no map to look up.
     low: vec2<f32>,
     edge: f32,
     layer: u32,
@@ -78,7 +78,8 @@ fn map_point(view: ShadowView, position: vec3<f32>, normal: vec3<f32>) -> MapPoi
     let uv = vec2(dot(view.u, p), dot(view.v, p)) / w;
     let depth = dot(view.depth, p) / w;
     // ANCHOR: plane-slope
-    // Gradients in the world. That of depth is a sum of those of u and v, and of the normal, along which the plane does not go: Cramer's rule.
+    // Gradients in the world. The depth gradient is a linear combination of the gradients of u and v and of the normal; the plane does not extend
+    // along the normal, so Cramer's rule gives the slopes.
     let du = (view.u.xyz - uv.x * view.w.xyz) / w;
     let dv = (view.v.xyz - uv.y * view.w.xyz) / w;
     let dz = (view.depth.xyz - depth * view.w.xyz) / w;
@@ -113,7 +114,7 @@ fn tint_before(view: ShadowView, depth: f32, texel: vec2<f32>) -> vec3<f32> {
     return select(vec3(1.0), stored.rgb, nearness(depth, is_perspective(view)) < from_half(stored.a));
 }
 
-// The depth of the transparent surface that is nearest to the light; less than any depth where there is none.
+// Depth of the transparent surface nearest to the light; -1, less than any depth, if no surface tints this texel.
 fn tinting_depth(view: ShadowView, texel: vec2<f32>) -> f32 {
     let near = from_half(stored_tint(view, texel).a);
     return select(-1.0, depth_of(near, is_perspective(view)), near > 0.0);
@@ -227,7 +228,7 @@ fn soft_filter(view: ShadowView, at: MapPoint, turn: vec2<f32>, most: f32, tinte
 
 // Share of light in one map. `chosen`: the filter.
 fn visibility_in(view: ShadowView, position: vec3<f32>, normal: vec3<f32>, chosen: u32) -> vec3<f32> {
-    // Lit behind the light, and where there is no map to look up.
+    // A point behind the light is lit, and so is every point if there is no map.
     let w = dot(view.w, vec4(position, 1.0));
     if view.edge <= 0.0 || w <= 0.0 {
         return vec3(1.0);
@@ -284,7 +285,7 @@ fn visibility(code: u32, position: vec3<f32>, normal: vec3<f32>, to_light: vec3<
         }
         return visibility_in(shadow_views[index], position, normal, chosen);
     }
-    // By the distance along the view. The last cascade has no end.
+    // The distance along the view selects the cascade. The last cascade has no end.
     let distance = dot(position, frame.forward);
     let last = index + (code >> 12u) - 1u;
     while index < last && distance > shadow_views[index].end {

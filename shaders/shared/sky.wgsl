@@ -29,9 +29,9 @@ fn dominant(normal: vec3<f32>, mirrored: vec3<f32>, roughness: f32) -> vec3<f32>
     return mix(normal, mirrored, smoothness * (sqrt(smoothness) + alpha));
 }
 
-// The light that a surface of Cook-Torrance collects of the sky, in units of frame.sky_scale, and its shares of it.
+// Light that a Cook-Torrance surface collects from the sky, in units of frame.sky_scale, and the shares of it that the surface reflects.
 struct Collected {
-    // From the lobe's direction, and by the cosine.
+    // Light mirrored about the lobe's direction, and light collected by the cosine.
     lobe: vec3<f32>,
     base: vec3<f32>,
     // The share of the first that is mirrored at once; the share of the second that is mirrored again.
@@ -61,15 +61,17 @@ fn collected(surface: Surface, perceptual_roughness: f32) -> Collected {
 // The directions that the sky's light arrives from in this frame, each with a shadow map from the first on; 0 where nothing hides any of it.
 override SKY_SHADOWS: u32 = 0u;
 override SKY_MAP: u32 = 0u;
-// Edges of many shadows blur each other: of all filters the smallest that interpolates errs least from 8 frames on (docs/SKY.md). Its code says whether they are tinted.
+// The edges of many shadows blur each other, so from 8 frames on the smallest interpolating filter has the least error (docs/SKY.md). The filter's
+// code also selects tinted shadows.
 override SKY_FILTER: u32 = 1u;
-// Mirrored light has shadows as well. Off beside screen-space reflections, which replace that light by what their rays hit.
+// Mirrored light has shadows as well. Off with screen-space reflections, whose hits replace that light.
 override SKY_LOBE_SHADOWS: bool = true;
 
-// The least alpha squared by which directions are weighted for a lobe. A narrower lobe has none in it, and takes those nearest to it.
+// Minimum alpha squared with which directions are weighted for a lobe. The lobe of a smoother surface may contain no direction; this floor gives the
+// nearest directions weight.
 const WIDEST_OF_NARROW: f32 = 0.01;
 
-// One of them: src/gpu_scene/sky.rs has the same record.
+// One of these directions; src/gpu_scene/sky.rs has the same record.
 struct SkyDirection {
     // Unit vector.
     to_light: vec3<f32>,
@@ -79,13 +81,13 @@ struct SkyDirection {
 
 @group(0) @binding(12) var<uniform> sky_directions: array<SkyDirection, SKY_DIRECTIONS>;
 
-// The shares that arrive at the surface which is lit: of light collected by the cosine, channel by channel, and of its lobe's light.
+// Shares of the sky's light that arrive at the lit surface: of light collected by the cosine, per channel, and of the lobe's light.
 var<private> arrived_share: vec3<f32> = vec3(1.0);
 var<private> arrived_lobe: vec3<f32> = vec3(1.0);
 
-// Finds these shares from the directions of this frame, weighted by the light that each brings. Their sum itself would be an estimate without bias, and vary from frame to
-// frame where nothing is hidden, too; a share is exact there, and errs by a part in the number of directions elsewhere. A lobe may be far narrower than the directions lie
-// apart: its share is that of those near it.
+// Finds these shares from the directions of this frame, weighted by the light of each. Summing the directions' light would be unbiased, but would
+// vary from frame to frame even where nothing is hidden; a share is exact there, and elsewhere errs by one part in the number of directions. A lobe
+// may be much narrower than the spacing of the directions; its share is then taken from the nearest ones.
 fn find_shares(surface: Surface, brdf: u32, texel: Texel) {
     var base = vec3(0.0);
     var sum = vec3(0.0);
@@ -147,8 +149,8 @@ fn mirrored_sky(surface: Surface, perceptual_roughness: f32) -> vec3<f32> {
     return (own.single * own.lobe + own.again * own.base) * frame.sky_scale;
 }
 
-// Light of the sky collected by the cosine about a normal, in nits: the light that a white lambert surface reflects. After `sky_light`, which finds the share that
-// arrives.
+// Sky light collected by the cosine about a normal, in nits: the light that a white Lambert surface reflects. Requires an earlier call of
+// `sky_light`, which finds the share that arrives.
 fn even_sky(normal: vec3<f32>) -> vec3<f32> {
     var share = vec3(1.0);
 #ifdef SHADOW
@@ -158,7 +160,8 @@ fn even_sky(normal: vec3<f32>) -> vec3<f32> {
 }
 
 #ifdef LOBES
-// The same of light that arrives at the back of a surface: with shadows of its own, as light comes from the other half of the sky.
+// Variant of `even_sky` for light that arrives at the back of a surface: it computes its own shadows, because this light comes from the other half of
+// the sky.
 fn even_sky_behind(normal: vec3<f32>, texel: Texel) -> vec3<f32> {
     var share = vec3(1.0);
 #ifdef SHADOW
@@ -183,7 +186,7 @@ fn even_sky_behind(normal: vec3<f32>, texel: Texel) -> vec3<f32> {
 }
 #endif
 
-// The share of a lobe's light of the sky that arrives. After `sky_light`, which finds it.
+// Share of the lobe's sky light that arrives. Requires an earlier call of `sky_light`, which finds it.
 fn lobe_share() -> vec3<f32> {
 #ifdef SHADOW
     return arrived_lobe;

@@ -1,5 +1,5 @@
-// Points and lines on the picture: each stroke of a mesh (crates/scene/src/mesh/strokes.rs) is a rectangle one pixel wide, which reaches half a pixel beyond
-// both ends. Its corners have depth and values of the end that they belong to.
+// Points and lines on the picture: each stroke of a mesh (crates/scene/src/mesh/strokes.rs) is a rectangle one pixel wide, which reaches half a pixel
+// beyond both ends. Each corner has the depth and the values of the end that it belongs to.
 #define_import_path afterlight::strokes
 #import afterlight::frame::{frame}
 #import afterlight::instance::{Rows}
@@ -10,11 +10,11 @@ const STROKE_VERTICES: u32 = 6u; // host
 const END_ON: f32 = 1e-6;
 
 struct StrokeCorner {
-    // In clip space.
+    // Clip-space position.
     position: vec4<f32>,
-    // How far along the line it was moved from its own end to the other one: 0 but for an end behind the camera.
+    // Share of the line by which the corner was moved from its own end towards the other; 0 unless its end lies before the near plane.
     share: f32,
-    // From the line to the corner, in pixels to the right and down.
+    // Offset from the line to the corner, in pixels to the right and down.
     offset: vec2<f32>,
 }
 
@@ -38,7 +38,7 @@ fn stroke_corner(end: vec4<f32>, rows: Rows, own: vec3<f32>, other: vec3<f32>, v
     }
     let across = vec2(-along.y, along.x);
     var out = StrokeCorner(end, 0.0, along * select(0.5, -0.5, is_first) + across * select(-0.5, 0.5, corner < 2u));
-    // Of parallel rays w is 1 everywhere.
+    // Under orthographic projection w is 1 everywhere.
     if end.w < frame.near && away.w > 0.0 {
         out.share = min((frame.near - end.w) / away.w, 1.0);
         out.position = end + away * out.share;
@@ -50,7 +50,7 @@ fn stroke_corner(end: vec4<f32>, rows: Rows, own: vec3<f32>, other: vec3<f32>, v
     return out;
 }
 
-// From the position of its own end to that of a corner, in the world.
+// Offset in the world from a corner's own end to the corner.
 fn corner_offset(corner: StrokeCorner, rows: Rows, own: vec3<f32>, other: vec3<f32>) -> vec3<f32> {
     let beside = frame.ray_x * (corner.offset.x * frame.pixel_width) + frame.ray_y * (corner.offset.y * frame.pixel_height);
     return world_offset(rows, other - own) * corner.share + beside * corner.position.w;

@@ -5,8 +5,8 @@
 struct Texel {
     // Relative to the camera, in metres.
     position: vec3<f32>,
-    // From the eye through the middle of the pixel, of any length. The place says the same, but where it is interpolated over a large triangle
-    // it has the rounding of the triangle's corners, which from close by is another direction.
+    // View ray from the eye through the middle of the pixel, of any length. The position has the same direction, but when interpolated over a large
+    // triangle it carries the rounding of the triangle's corners, which from close by changes the direction.
     ray: vec3<f32>,
     normal: vec3<f32>,
     geometric_normal: vec3<f32>,

@@ -1,5 +1,5 @@
-// Tints of shadows. A second map beside each shadow map has the share of light that transparent surfaces let through, and how near to the light the nearest of them is. All
-// of them are multiplied into one colour: what lies between two of them gets the tint of both.
+// Tints of shadows. A second map beside each shadow map holds the share of light that transparent surfaces let through, and the nearness to the light
+// of the nearest one. All tints of a texel are multiplied into one colour, so a point between two transparent surfaces gets the tint of both.
 #define_import_path afterlight::tints
 
 // The half floats above zero, in their order: nearness is an integer among them, so that the largest of two halves is the nearer of two surfaces, to 1 part in 30000.
@@ -23,7 +23,7 @@ fn depth_of(nearness: f32, perspective: bool) -> f32 {
     return select(even, exp2((even - 1.0) * 40.0), perspective);
 }
 
-// 0 where there is no surface.
+// Returns 0 if no transparent surface was stored.
 fn from_half(stored: f32) -> f32 {
     return f32(pack2x16float(vec2(stored, 0.0)) & 0xffffu);
 }

@@ -26,8 +26,8 @@ fn turned_normal(rows: mat3x3<f32>, normal: vec3<f32>) -> vec3<f32> {
     return handedness(rows) * vec3(dot(cross(y, z), normal), dot(cross(z, x), normal), dot(cross(x, y), normal));
 }
 
-// The bits of the least number that no driver takes for 0, and those of infinity: in between are the lengths of which a vector can be made a unit
-// one. Bits of absolute values have their order, and NaN comes last; a comparison of floats with NaN may be compiled to either answer.
+// Bits of the smallest number that no driver flushes to 0, and of infinity: vectors with lengths in between can be normalized. Bits of absolute
+// values sort in the order of the values, with NaN last; a comparison of floats with NaN may be compiled to either answer.
 const LEAST_NORMAL: u32 = 0x00800000u;
 const INFINITY: u32 = 0x7f800000u;
 

@@ -9,7 +9,7 @@ fn pack_visibility(open: f32, depth: f32) -> u32 {
 
 struct Visibility {
     open: f32,
-    // 0 where there is no surface.
+    // 0 if the pixel shows no surface.
     depth: f32,
 }
 

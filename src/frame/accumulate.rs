@@ -22,7 +22,7 @@ pub struct Accumulator {
 }
 
 impl Accumulator {
-    /// For frames of a plan, whose output is linear.
+    /// Accumulates frames of a plan whose output is linear.
     pub fn new(plan: &FramePlan) -> Self {
         let curve = match plan.tone_mapping {
             ToneMapping::AfterFrames(curve) => Some(curve),
@@ -134,7 +134,7 @@ mod tests {
             let mut sum =
                 Accumulator { size: [1, pixels as u32], sums: vec![[0.0; 3]; pixels], frames: 0, curve, resolve };
             frames.iter().for_each(|frame| sum.add(frame));
-            // The same of one pixel after another, each alone.
+            // Each pixel accumulated alone must give the same picture.
             let alone = (0..pixels).map(|pixel| {
                 let mut one = Accumulator { size: [1, 1], sums: vec![[0.0; 3]], frames: 0, curve, resolve };
                 frames.iter().for_each(|frame| one.add(&frame[4 * pixel..][..4]));

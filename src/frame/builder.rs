@@ -107,7 +107,7 @@ impl RendererBuilder {
             seen: seen.as_ref(),
             swapchain,
         })?;
-        // The begin of a frame, the end of each of its passes, and of those over the picture.
+        // Timestamps: the begin of a frame, and the end of each of its passes and of each pass over the picture.
         let times = StepList::of(&plan).passes().count() as u32 + 2;
         let of_world = (&world, scene.sky.as_ref(), named_buffers(&frame));
         let parts = frame.parts();

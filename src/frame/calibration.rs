@@ -33,13 +33,13 @@ impl Calibration {
         Self { layout: LAYOUT, version: env!("CARGO_PKG_VERSION").into(), asked, paths, culling }
     }
 
-    /// Reads what an earlier run of this version has kept.
+    /// Reads the figures that an earlier run of this version has kept.
     pub fn of(device: &PhysicalDevice) -> Option<Self> {
         let kept: Self = serde_json::from_slice(device.calibration.as_deref()?).ok()?;
         (kept.layout == LAYOUT && kept.version == env!("CARGO_PKG_VERSION")).then_some(kept)
     }
 
-    /// Keeps the figures in a file for later runs, and returns its path. Figures that nobody asked for do not replace those that somebody did.
+    /// Writes the figures to a file for later runs, and returns its path. Figures that nobody asked for do not replace figures that were asked for.
     ///
     /// # Errors
     /// When the file cannot be written.

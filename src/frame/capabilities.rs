@@ -106,7 +106,7 @@ fn samples(device: &PhysicalDevice, format: BlockFormat) -> bool {
         .all(|space| device.format_features(texture_format(Some(format), space)).contains(needed))
 }
 
-/// The most that the device's samplers take.
+/// Maximum anisotropy of the device's samplers.
 fn anisotropy(device: &PhysicalDevice) -> u32 {
     match device.features.sampler_anisotropy {
         vk::TRUE => device.limits.max_sampler_anisotropy as u32,
@@ -120,20 +120,20 @@ fn has_slow_anisotropy(driver_name: &str, driver_info: &str) -> bool {
     lavapipe_of_mesa(driver_name, driver_info).is_some_and(|major| major < 25)
 }
 
-/// Returns true for a driver whose compiler knows numbers from push constants to be the same in all invocations, and reads the element of a buffer at
-/// such a place once for a vector of eight pixels. Before Mesa 25 lavapipe's reads push constants as any buffer, and gathers either way.
+/// Returns true for a driver whose compiler knows that push constants are uniform: it reads a buffer element that a push constant selects once for a
+/// vector of eight pixels. Lavapipe's compiler before Mesa 25 reads push constants like any buffer, and gathers in both cases.
 fn reads_pushed_places_once(driver_name: &str, driver_info: &str) -> bool {
     lavapipe_of_mesa(driver_name, driver_info).is_some_and(|major| major >= 25)
 }
 
-/// The first number of Mesa's version, where the driver is lavapipe.
+/// Mesa's major version, if the driver is lavapipe.
 fn lavapipe_of_mesa(driver_name: &str, driver_info: &str) -> Option<u32> {
     let version = driver_info.strip_prefix("Mesa ").filter(|_| driver_name == "llvmpipe")?;
     version.split('.').next()?.parse().ok()
 }
 
-/// The sample counts that every format of an attachment has on the device where it is read as `read` says. More than one must be shaded one by one,
-/// and lie where `shaders/shared/multisampling.wgsl` says.
+/// The sample counts that the device supports for every attachment format, with attachments read as `read` says. More than one sample requires sample
+/// shading, and the standard sample locations of `shaders/shared/multisampling.wgsl`.
 fn msaa(device: &PhysicalDevice, read: vk::ImageUsageFlags) -> u32 {
     let features = device.features.sample_rate_shading == vk::TRUE;
     if !features || device.limits.standard_sample_locations == vk::FALSE {

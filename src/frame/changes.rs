@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::DAffine3;
 
 use super::builder::RendererBuilder;
-use super::{Error, Renderer, Simulation, plan_for, rows};
+use super::{Error, Renderer, plan_for, rows};
 use crate::gpu_scene::{CullingBuffers, VisibilityLookup};
 use crate::plan;
 use crate::scene::{Light, Look, Pose, Scene, Settings, SettingsPatch, exposure_scale};
@@ -73,7 +73,7 @@ impl Renderer {
         let cells = Arc::clone(&self.world.pose.cells);
         for &index in &*cells {
             if let Some(look) = pose.look(scene, index) {
-                // A plan that tells no looks, as that of a view that counts, shows none.
+                // A plan without looks, as for a view that counts, ignores them.
                 self.world.set_look(index, &look, &self.plan.textures)?;
             }
         }
@@ -115,7 +115,7 @@ impl Renderer {
         let rows = rows::table(&plan);
         let builder = RendererBuilder::new(&self.device, scene, settings, (plan, rows), uploaded)?;
         let halted = self.world.halted();
-        let simulated = self.frame.simulation.as_ref().map(Simulation::hazard);
+        let simulated = self.frame.simulation.as_ref().map(|own| own.missing);
         if serves {
             (self.world, self.plan) = builder.into_world();
             self.settings = settings.clone();
@@ -129,12 +129,12 @@ impl Renderer {
             *self = builder.finish(&[])?;
         }
         self.world.halt_after(halted);
-        self.simulate(simulated.and_then(|(row, how)| Simulation::of(&self.plan, row, how).ok()))
+        self.simulate(simulated.and_then(|own| own.simulation(&self.plan)))
     }
 
-    /// Halts frames, from the next one on, after the first so many lights of [`FramePlan::light_numbers`](crate::plan::FramePlan::light_numbers), or as many as there are, and before
-    /// anything transparent is drawn: their picture shows what the frame has lit so far. Shadow maps of other lights are not drawn. With `None`
-    /// frames are whole, and the same to the last bit as if none had been halted.
+    /// Halts frames, from the next one on, after the first `lights` lights of [`FramePlan::light_numbers`](crate::plan::FramePlan::light_numbers), or
+    /// after all if there are fewer, and before anything transparent is drawn: their picture shows the frame as lit so far. Shadow maps of other
+    /// lights are not drawn. `None` gives whole frames again, bit-identical to frames that were never halted.
     pub fn halt_after(&mut self, lights: Option<usize>) {
         self.world.halt_after(lights);
     }

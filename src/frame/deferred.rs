@@ -2,7 +2,7 @@
 //!
 //! A pass that the plan leaves out has no object, no resources and no commands. [`super::walk`] makes the objects of the others and records them in this
 //! order. What follows from the order is found elsewhere: which passes share a render pass, with loads, stores and layouts ([`super::list`]); whom each pass
-//! waits for ([`super::rows`]); and that every use waits for the one before it ([`super::proof`]).
+//! waits for ([`super::rows`]); and that every use waits for the one before it (the crate `afterlight-proof`).
 
 use super::list::OrderEntry::{self, Draw, DrawApart, LinesIf, Run, RunBeside, RunPosed, SplitIf};
 use crate::passes::{
@@ -14,9 +14,9 @@ use crate::plan::FramePlan;
 use crate::scene::OptionalPart;
 
 // ANCHOR: order
-/// The passes of a frame. `Run` records a compute pass. `Draw` is a subpass: its first argument gives it a name, and the passes of the list draw in it. One subpass
-/// after the other joins the same render pass, until a compute pass comes, a subpass that samples what was drawn, or `SplitIf`. `DrawApart` is a render pass by itself, with a
-/// subpass for each pass of its list. `RunBeside` is `Run` on another queue, where the plan has one.
+/// The passes of a frame. `Run` records a compute pass. `Draw` is a subpass: the first argument names it, and the listed passes draw in it.
+/// Consecutive subpasses share a render pass until a compute pass, a subpass that samples attachments of the render pass, or `SplitIf`. `DrawApart`
+/// is a separate render pass, with a subpass for each listed pass. `RunBeside` is `Run` on another queue, if the plan has one.
 #[rustfmt::skip]
 pub(super) const ORDER: &[OrderEntry] = &[
     // All that must be ready before surfaces are drawn.
@@ -57,7 +57,7 @@ pub(super) const ORDER: &[OrderEntry] = &[
     Draw(&tone::PASS, &[&tone::PASS]),           // vignette and grain, which FXAA would smooth
 ];
 
-/// Nothing of this needs the G-buffer, and only what comes after the G-buffer needs it.
+/// Passes that do not need the G-buffer; only passes after the G-buffer need their results.
 #[rustfmt::skip]
 const SHADOWS_AND_AIR: &[OrderEntry] = &[
     DrawApart(&[&shadow::PASS, &tint::PASS]),    // depth as lights see it, of maps in which something has moved; and what transparent surfaces let through

@@ -40,7 +40,7 @@ impl InFlight {
         done
     }
 
-    /// The times of a frame that is done, but for those that only a waiting caller knows.
+    /// The times of a completed frame; `wall_ms` is 0, as only a waiting caller knows it.
     pub(super) fn times(&self, device: &Device, found: Option<usize>) -> Result<FrameTimes, Error> {
         let stamps = match &self.times {
             Some(times) => times.read()?,

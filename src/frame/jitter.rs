@@ -7,8 +7,8 @@ use std::f64::consts::TAU;
 /// whole number, so that places in the pixel, points on the lens and moments fill the space of all of them evenly, and none follows another (Kronecker
 /// sequences; Niederreiter, "Random Number Generation and Quasi-Monte Carlo Methods", 1992, chapter 3).
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
-/// The square roots of 3, 2 and 17, less their whole parts: of 900 choices among roots of small numbers, e and pi, none parts the disc and pairs
-/// its points with those of the others better, for 8 to 4096 frames.
+/// The fractional parts of the square roots of 3, 2 and 17: of 900 choices among roots of small numbers, e and pi, they distribute the points over
+/// the disc best and pair them best with the other sequences, for 8 to 4096 frames.
 const RING: f64 = 0.732_050_807_568_877_3;
 const ANGLE: f64 = 0.414_213_562_373_095_05;
 const TIME: f64 = 0.123_105_625_617_660_5;
@@ -24,12 +24,12 @@ pub fn sample_offset(index: u32, count: u32) -> [f64; 2] {
     [from_middle / f64::from(count), around - around.round()]
 }
 
-/// The places of `count` frames in an order in which also a part of them, from whichever on, fills the pixel evenly: [`sample_offset`]'s own goes from left
-/// to right. All of them are the same places, so that their mean is that of as many samples.
+/// The places of `count` frames, ordered so that every run of consecutive frames fills the pixel evenly; [`sample_offset`]'s own order goes from left
+/// to right. The order has the same places as the whole set, so the mean over all of them equals the mean of as many samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct JitterSequence {
     count: u32,
-    /// From one to the next: a number without a common divisor with the count.
+    /// Increment from one place to the next, coprime with the count.
     step: u32,
 }
 
@@ -58,7 +58,7 @@ impl JitterSequence {
         let apart = |a: f64, b: f64| ((a - b) - (a - b).round()).powi(2);
         let mut sum = 0.0;
         for (index, a) in places.iter().enumerate() {
-            // Further on come those that were before.
+            // Longer gaps only repeat pairs, as the sequence is cyclic.
             for (between, b) in (1..=(self.count / 2).max(1)).zip(&places[index + 1..]) {
                 sum += (f64::from(between) * (apart(a[0], b[0]) + apart(a[1], b[1]) + 1e-4)).recip();
             }
@@ -84,7 +84,7 @@ pub fn lens_point(index: u32, count: u32) -> [f64; 2] {
     [cosine * radius, sine * radius]
 }
 
-/// The moment that frame `index` of `count` shows, as a share of the time for which the shutter is open: the middle of its own part of it.
+/// The moment of frame `index` of `count`, as a share of the shutter's open time: the middle of the frame's own interval.
 pub fn moment(index: u32, count: u32) -> f64 {
     (f64::from(rank(index, count, TIME)) + 0.5) / f64::from(count)
 }
@@ -129,8 +129,8 @@ mod tests {
         0.5 + beyond.copysign(d)
     }
 
-    /// The share of samples on one side of a straight edge, against the truth. For the mean over all edges no set of points does better
-    /// than N^-3/4 (Beck 1987); the worst edges are those along the points' own rows.
+    /// The share of samples on one side of a straight edge, against the truth. For the mean over all edges no point set beats N^-3/4 (Beck 1987); the
+    /// worst edges run along the points' own rows.
     #[test]
     fn the_error_of_an_edge_falls_as_it_can_at_best() {
         for count in [1u32, 2, 4, 8, 16, 32, 64, 256, 1024] {
@@ -151,7 +151,7 @@ mod tests {
         }
     }
 
-    /// The mean error over edges, for the first so many places.
+    /// The mean error over edges, for `count` consecutive places from `first` on.
     fn edge_error(order: &JitterSequence, first: u32, count: u32) -> f64 {
         let (mut squares, mut edges) = (0.0, 0.0);
         for (angle, place) in (0..45).flat_map(|a| (0..35).map(move |b| (a, b))) {

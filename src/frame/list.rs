@@ -1,6 +1,6 @@
 //! The frame as a list: the passes of a plan's frames, in their order, and the ones that share a render pass.
 //!
-//! The order is written by hand: [`super::deferred`]. Its consequences are computed here: which passes share a render pass, the images and their usage, the
+//! The order is written by hand: [`super::deferred`]. This module derives the rest: which passes share a render pass, the images and their usage, the
 //! loads and stores of each render pass, and the layouts.
 
 mod check;
@@ -17,7 +17,7 @@ use super::rows::{self, BarrierPosition, RowName};
 use crate::gpu::Queue;
 use crate::gpu::sync::Use;
 use crate::passes::{
-    ContentsIfFirst, Pass, PassName, Resource, ResourceUse, UseKind, copy, encode, overlay, present, shadow, shown,
+    ContentsIfFirst, Endpoint, Pass, Resource, ResourceUse, UseKind, copy, encode, overlay, present, shadow, shown,
     split, tint,
 };
 use crate::plan::{FramePlan, Part, PartGroup, PresentTarget, Target};
@@ -35,19 +35,19 @@ pub const RESOLVE: Use = Use::new(
 
 /// The name of a render pass. It is the name of its first subpass.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct RenderPassName(PassName);
+pub struct RenderPassName(Endpoint);
 
 /// SHADOW's, of which each map that is drawn anew has an instance.
-pub const SHADOW_PASS: RenderPassName = RenderPassName(shadow::PASS.place);
+pub const SHADOW_PASS: RenderPassName = RenderPassName(shadow::PASS.name);
 
 impl RenderPassName {
     /// Returns true if each shadow map that is drawn anew has an instance of the render pass.
     pub fn draws_maps(self) -> bool {
-        [shadow::PASS.place, tint::PASS.place].contains(&self.0)
+        [shadow::PASS.name, tint::PASS.name].contains(&self.0)
     }
 
     /// The render pass that begins with this subpass.
-    pub const fn of(first: PassName) -> Self {
+    pub const fn of(first: Endpoint) -> Self {
         Self(first)
     }
 
@@ -67,7 +67,7 @@ impl fmt::Display for RenderPassName {
 pub enum Step {
     /// A render pass with its subpasses, in their order.
     RenderPass(RenderPassName, Vec<Subpass>),
-    /// Outside of the frame's render passes: compute, copies, and passes that begin one of their own.
+    /// Commands outside the frame's render passes: compute, copies, and passes that begin their own render pass.
     Commands(Commands),
     /// Presentation shows the picture.
     Presentation,
@@ -78,15 +78,15 @@ pub enum Step {
 /// Passes that draw in one subpass. Rasterization order is all that is between them.
 pub struct Subpass {
     /// The name by which rows know it.
-    pub place: PassName,
-    /// In the order in which they draw.
+    pub place: Endpoint,
+    /// Passes in the order in which they draw.
     pub passes: Vec<&'static Pass>,
-    /// Of all of them.
+    /// Resource uses of all passes.
     pub touches: Vec<ResourceUse>,
 }
 
 impl Subpass {
-    /// The samples that it draws of each pixel: its colour and depth attachments have the same number.
+    /// Samples per pixel: the colour and depth attachments have the same number.
     pub fn samples(&self, plan: &FramePlan) -> u32 {
         let drawn = self.touches.iter().find_map(|touch| match (touch.how, touch.resource) {
             (UseKind::Color { .. } | UseKind::Depth { .. }, Resource::Target(target)) => Some(plan.samples_of(target)),
@@ -98,7 +98,7 @@ impl Subpass {
 
 /// A pass with the barriers before and after it, by their rows.
 pub struct Commands {
-    /// Compute, a copy, or a pass that begins a render pass of its own.
+    /// Compute, a copy, or a pass that begins its own render pass.
     pub pass: &'static Pass,
     /// Frames in which the step is recorded; the others skip the pass and its barriers.
     pub when: Condition,
@@ -136,8 +136,8 @@ enum Planned {
     Split,
 }
 
-/// The steps of a plan's frames up to the picture. A render pass goes on as long as subpasses follow each other: a pass outside of render passes ends it, and so
-/// does a subpass that samples what it draws.
+/// The steps of a plan's frames up to the picture. Consecutive subpasses share a render pass. A pass outside of render passes ends it, and so does a
+/// subpass that samples what the render pass draws.
 pub(super) fn steps(plan: &FramePlan) -> Vec<Step> {
     let mut planned: Vec<Planned> = ORDER.iter().flat_map(|line| line.planned(plan)).collect();
     resolve_samples(plan, &mut planned);
@@ -177,7 +177,7 @@ pub(super) fn steps(plan: &FramePlan) -> Vec<Step> {
     steps
 }
 
-/// Returns true if a subpass goes on in the render pass of those that were drawn before it.
+/// Returns true if a subpass continues the render pass of the subpasses in `drawn`.
 fn joins(plan: &FramePlan, subpass: &Subpass, drawn: &[Subpass]) -> bool {
     let is_with_them = match plan.passes {
         Passes::Subpasses => true,
@@ -224,8 +224,8 @@ fn add_barriers(plan: &FramePlan, steps: &mut [Step]) {
     }
 }
 
-/// A subpass of those passes that the plan has; `None` where it has none of them.
-fn subpass(plan: &FramePlan, place: PassName, passes: &[&'static Pass]) -> Option<Subpass> {
+/// A subpass of the given passes that are in the plan; `None` if none of them is.
+fn subpass(plan: &FramePlan, place: Endpoint, passes: &[&'static Pass]) -> Option<Subpass> {
     let passes: Vec<_> = passes.iter().copied().filter(|pass| (pass.presence)(plan).is_in()).collect();
     let mut touches: Vec<ResourceUse> = Vec::new();
     for touch in passes.iter().flat_map(|pass| pass.uses(plan)) {
@@ -311,7 +311,7 @@ fn after_the_picture(plan: &FramePlan) -> Vec<Option<Step>> {
 }
 
 impl Step {
-    /// The same on the compute queue, where the plan has it.
+    /// Moves the step to the compute queue, if the plan uses one.
     fn beside(self, plan: &FramePlan) -> Self {
         match self {
             Self::Commands(own) if plan.computes_beside() => Self::Commands(Commands { queue: Queue::Compute, ..own }),
@@ -336,7 +336,7 @@ impl Step {
             Self::Presentation => {
                 vec![ResourceUse::new(shown(plan), UseKind::Presented, Use::END).in_frames_of(plan)]
             }
-            // Its images keep their layouts, and nothing reads or writes them.
+            // A hand-over keeps the images' layouts, and nothing reads or writes them.
             Self::HandOver(_) => Vec::new(),
         }
     }
@@ -379,24 +379,24 @@ impl StepList {
         self.0.iter().flat_map(Step::passes)
     }
 
-    /// The passes at a place: those of a subpass, or the one outside of render passes.
-    pub fn passes_at(&self, place: PassName) -> Vec<&'static Pass> {
+    /// The passes at a place: all passes of a subpass, or the one pass outside of render passes.
+    pub fn passes_at(&self, place: Endpoint) -> Vec<&'static Pass> {
         let subpass = self.render_passes().flat_map(|(_, subpasses)| subpasses).find(|own| own.place == place);
         match subpass {
             Some(own) => own.passes.clone(),
-            None => self.passes().filter(|pass| pass.place == place).collect(),
+            None => self.passes().filter(|pass| pass.name == place).collect(),
         }
     }
 
     /// The touches of the subpass that a pass draws in, or its own outside of render passes.
     pub fn touches_with(&self, plan: &FramePlan, pass: &Pass) -> Vec<ResourceUse> {
         let mut subpasses = self.render_passes().flat_map(|(_, subpasses)| subpasses);
-        let own = subpasses.find(|own| own.passes.iter().any(|one| one.place == pass.place));
+        let own = subpasses.find(|own| own.passes.iter().any(|one| one.name == pass.name));
         own.map_or_else(|| pass.uses(plan), |own| own.touches.clone())
     }
 
     /// The render pass, and the index in it, of a subpass.
-    pub fn find(&self, place: PassName) -> Option<(RenderPassName, u32)> {
+    pub fn find(&self, place: Endpoint) -> Option<(RenderPassName, u32)> {
         self.render_passes().find_map(|(name, subpasses)| {
             let index = subpasses.iter().position(|own| own.place == place)?;
             Some((name, index as u32))
@@ -482,7 +482,7 @@ pub fn passes() -> Vec<&'static Pass> {
     let mut all: Vec<&'static Pass> = Vec::new();
     let shown = [&present::PASS, &split::PASS, &copy::PASS, &overlay::PASS, &encode::PASS];
     for pass in ORDER.iter().flat_map(OrderEntry::passes).chain(shown) {
-        if !all.iter().any(|own| own.place == pass.place) {
+        if !all.iter().any(|own| own.name == pass.name) {
             all.push(pass);
         }
     }
@@ -497,7 +497,7 @@ pub fn parts(plan: &FramePlan) -> Vec<Part> {
             crate::passes::Presence::In(why) => (true, why),
             crate::passes::Presence::Out(why) => (false, why),
         };
-        Part { name: pass.place.to_string(), group: PartGroup::Passes, optional: None, included, reason, bytes: 0 }
+        Part { name: pass.name.to_string(), group: PartGroup::Passes, optional: None, included, reason, bytes: 0 }
     })
     .collect()
 }

@@ -8,7 +8,6 @@ mod capabilities;
 mod changes;
 mod complexity;
 mod deferred;
-pub mod experiment;
 mod figures;
 mod in_flight;
 mod jitter;
@@ -16,7 +15,6 @@ pub mod list;
 mod picture;
 #[cfg(feature = "present")]
 mod present;
-pub mod proof;
 mod read_back;
 #[cfg(feature = "present")]
 mod rebuild;
@@ -26,7 +24,9 @@ mod simulation;
 #[doc(hidden)]
 pub mod render_pass;
 mod render_passes;
-mod rendering;
+// The proof models the barriers around rendering.
+#[doc(hidden)]
+pub mod rendering;
 #[cfg(feature = "present")]
 mod split;
 mod timeline;
@@ -47,7 +47,7 @@ pub use present::{FitOutcome, Outcome, Presenter};
 #[cfg(feature = "present")]
 pub use rebuild::Wake;
 pub use render_pass::{LayoutChange, layout_changes};
-pub use simulation::{HazardPicture, NoPicture, Simulation};
+pub use simulation::{HazardPicture, MissingRow, Simulation};
 pub use timeline::FRAMES_A_SECOND;
 pub use triangles::triangles;
 pub(crate) use walk::BuildContext;
@@ -75,7 +75,8 @@ use crate::scene::{self, Camera, Scene, Settings};
 use crate::visible::{Eye, MapDraw, Reprojection, STEPS, ShadowCache, Visible, World};
 
 /// While the device draws one frame, the CPU records the next.
-const IN_FLIGHT: usize = 2;
+#[doc(hidden)]
+pub const IN_FLIGHT: usize = 2;
 
 /// A renderer that could not be made, or a frame that could not be drawn.
 #[derive(Debug, thiserror::Error)]
@@ -132,15 +133,15 @@ pub struct Renderer {
     frame_layout: Owned<vk::DescriptorSetLayout>,
 }
 
-/// The plan of a scene's frames on a device, without making any of it.
+/// The plan of a scene's frames on a device; creates nothing.
 ///
 /// # Errors
-/// When the device cannot do what the settings ask for, or a view shows what the scene does not have.
+/// When the device cannot do what the settings ask for, or a view needs content that the scene lacks.
 pub fn plan_for(device: &Device, scene: &Scene, settings: &Settings) -> Result<FramePlan, plan::PlanError> {
     plan_with(&capabilities(&device.physical), scene, settings)
 }
 
-/// The same of a device with these capabilities.
+/// Variant of [`plan_for`] for a device with the given capabilities.
 ///
 /// # Errors
 /// As [`plan_for`].
@@ -165,8 +166,8 @@ impl Renderer {
         RendererBuilder::new(device, scene, settings, (plan, rows), None)?.finish(&[])
     }
 
-    /// The same of a scene that is not needed any more: its meshes, textures and sky go while they are uploaded, so that memory never holds them
-    /// twice. When the frames cannot be planned, the scene is still whole.
+    /// Variant of [`Renderer::new`] that consumes the scene's content: meshes, textures and sky are freed while they are uploaded, so that memory
+    /// never holds them twice. If the frames cannot be planned, the scene stays whole.
     ///
     /// # Errors
     /// As [`Renderer::new`].
@@ -176,7 +177,7 @@ impl Renderer {
         RendererBuilder::new(device, scene, settings, (plan, rows), None)?.finish(&[])
     }
 
-    /// The same for other settings, beside this renderer of the same scene: it shares the uploaded scene if both plans upload the same.
+    /// Makes a renderer of the same scene with other settings; it shares the uploaded scene if both plans upload the same.
     ///
     /// # Errors
     /// As [`Renderer::new`].
@@ -187,7 +188,7 @@ impl Renderer {
         RendererBuilder::new(&self.device, scene, settings, (plan, rows), uploaded)?.finish(&[])
     }
 
-    /// The same as [`Renderer::new`] with other dependencies than [`rows::table`] has for the plan, for experiments and proofs: a synchronization
+    /// Variant of [`Renderer::new`] with other dependencies than [`rows::table`] has for the plan, for experiments and proofs: a synchronization
     /// validation layer should report the missing ones.
     ///
     /// # Safety
@@ -219,7 +220,7 @@ impl Renderer {
         self.render_jittered(camera, [0.0; 2])
     }
 
-    /// The same, looking through another place of each pixel than its centre: pixels to the right and down.
+    /// Variant of [`Renderer::render`] that samples each pixel at an offset from its centre, in pixels to the right and down.
     ///
     /// # Errors
     /// When the device is lost or out of memory.
@@ -291,7 +292,7 @@ impl Renderer {
             times.write(cmd, vk::PipelineStageFlags2::TOP_OF_PIPE, "begin");
         }
         if let Some(times) = &mut beside {
-            // Its first time is written after the acquire.
+            // The first timestamp of the compute queue is written after the acquire.
             times.reset(first_of(Queue::Compute));
         }
         let context = FrameContext {
@@ -299,7 +300,7 @@ impl Renderer {
             device: &self.device,
             cmd,
             size: self.plan.size,
-            place: self.next,
+            in_flight: self.next,
             posed,
             image: swapchain_image.map_or(0, |(index, _)| index),
             swapchain_image: swapchain_image.map(|(_, image)| image),
@@ -322,7 +323,7 @@ impl Renderer {
         let earlier = earlier.as_ref().map(|visible| {
             let place = self.other_place();
             FrameContext {
-                place,
+                in_flight: place,
                 visible,
                 frame_set: self.frames[place].view.set,
                 shadow_set: self.atlas.as_ref().map(|atlas| atlas.set(place)),
@@ -356,7 +357,7 @@ impl Renderer {
         Ok(Recorded { camera: *camera, visible, stale_maps, pose: self.world.pose.revision, reprojection })
     }
 
-    /// Writes what shaders read of a view into the buffers of a frame in flight. Nothing on the device may use them any more.
+    /// Writes the view data that shaders read into the buffers of a frame in flight. Nothing on the device may use them any more.
     fn write_view(
         &mut self,
         place: usize,
@@ -417,7 +418,7 @@ impl Renderer {
         Ok(tickets.try_for_each(|ticket| self.device.wait(ticket))?)
     }
 
-    /// Has frames show a hazard from the next one on, or none any more. Then they are again the same to the last bit. Waits for the frames under way.
+    /// Makes frames show a hazard from the next one on; `None` ends it, and frames are bit-identical to before. Waits for the frames in flight.
     ///
     /// # Errors
     /// When the device is lost.
@@ -425,7 +426,7 @@ impl Renderer {
         if self.frame.simulation != simulation {
             // A simulated frame reads the data of both frames in flight.
             self.wait_for_all()?;
-            // Its shadow maps may lack casters.
+            // Cached shadow maps may lack casters.
             self.shadow_cache = ShadowCache::default();
             self.cut();
             self.frame.simulation = simulation;
@@ -433,7 +434,7 @@ impl Renderer {
         Ok(())
     }
 
-    /// Submits what was recorded.
+    /// Submits the recorded frame.
     fn submit(&mut self, recorded: Recorded, around: &SubmitOptions) -> Result<(), Error> {
         let Recorded { camera, visible, stale_maps, pose, reprojection } = recorded;
         let frame = &mut self.frames[self.next];

@@ -26,8 +26,8 @@ pub enum Pixels {
 }
 
 impl Renderer {
-    /// Draws the picture that the settings ask for, of one frame or many, and reads it back. Many look through all of the lens where there is one.
-    /// `drawn` is told of each frame.
+    /// Draws the picture that the settings ask for, of one frame or many, and reads it back. Several frames sample the whole lens, if the camera has
+    /// one. `drawn` is told of each frame.
     ///
     /// # Errors
     /// When the device is lost, or it lacks the memory for a copy.
@@ -35,7 +35,7 @@ impl Renderer {
         self.picture_while(|_, _| Ok::<_, Error>(*camera), drawn)
     }
 
-    /// Makes the next frame begin anew, where frames are averaged over time: it shows something else than the frame before, as after a cut of a film.
+    /// Discards the history of frames averaged over time: the next frame shows something else, as after a cut in a film.
     pub fn cut(&mut self) {
         self.timeline.begin(self.plan.averaged_frames());
     }
@@ -52,8 +52,8 @@ impl Renderer {
         lens.map_or(*camera, |lens| lens.through(camera, lens_point(index, count)))
     }
 
-    /// Draws frame `index` of a picture of several: through its own place in each pixel and its own point of the lens, in the light of its own directions of the
-    /// sky.
+    /// Draws frame `index` of a picture of several, with its own subpixel offset, its own point of the lens and its own directions of the sky's
+    /// light.
     ///
     /// # Errors
     /// When the device is lost or out of memory.
@@ -68,7 +68,7 @@ impl Renderer {
     /// 0. Where frames are averaged over time, a picture begins with a cut, and its frames show moments before 0, 60 a second, and at last 0.
     ///
     /// # Errors
-    /// The errors of `go_to`, and those of [`Renderer::picture`].
+    /// The errors of `go_to` and of [`Renderer::picture`].
     pub fn picture_while<E: From<Error>>(
         &mut self,
         mut go_to: impl FnMut(&mut Self, f64) -> Result<Camera, E>,

@@ -13,12 +13,9 @@ use ash::vk;
 
 use super::builder::RendererBuilder;
 use super::rebuild::Rebuild;
-use super::rows::{self, RowName, Rows};
+use super::rows::{self, Rows};
 use super::split::Split;
-use super::{
-    BuildContext, DrawCounts, Error, FrameTimes, HazardPicture, IN_FLIGHT, Picture, Renderer, Simulation, list,
-    plan_for,
-};
+use super::{BuildContext, DrawCounts, Error, FrameTimes, IN_FLIGHT, MissingRow, Picture, Renderer, list, plan_for};
 use crate::gpu::{
     self, Device, Fit, Image, ImageFormats, ImageWish, Owned, Surface, Swapchain, SwapchainDesc, Vsync, semaphore,
 };
@@ -43,12 +40,13 @@ pub enum Outcome {
 /// Draws frames of one scene into a window.
 pub struct Presenter {
     device: Arc<Device>,
-    /// Frames that are being made. Before the swapchain, which is destroyed while nothing is submitted.
+    /// Renderers under construction. Declared before the swapchain, so that it is dropped first: the swapchain is destroyed while nothing is
+    /// submitted.
     rebuild: Option<Rebuild>,
-    /// None between one that is lost and the next.
+    /// Absent from the loss of a surface until the next one arrives.
     surface: Option<Arc<Surface>>,
     desc: SwapchainDesc,
-    /// The brightest that the display shows, where it may show more than white, in units of white.
+    /// Peak brightness of the display in units of white, if it may show more than white.
     headroom: f32,
     /// PRESENT copies pictures, if the window's images can be copied into. Otherwise passes draw into the swapchain's images, and panels over the picture.
     keeps_pictures: bool,
@@ -56,34 +54,34 @@ pub struct Presenter {
     resolution: Option<f64>,
     /// One for each frame in flight: free again when the frame that waits for it is done.
     acquired: Vec<Owned<vk::Semaphore>>,
-    /// None before the window has had any pixels.
+    /// Absent until the window has had pixels.
     renderer: Option<Renderer>,
-    /// None while it has none.
+    /// Absent while the window has no pixels.
     swapchain: Option<Swapchain>,
-    /// Some if frames are to be made anew; true if the scene itself has changed.
+    /// Some if frames must be rebuilt; true if the scene itself has changed.
     changed: Option<bool>,
     screenshot: Option<Copy>,
-    /// It holds, or will hold, a picture that nobody has read.
+    /// The screenshot holds, or will hold, an unread picture.
     is_copied: bool,
-    /// The picture of the last frame, where the frame's own image still has it.
+    /// The picture of the last frame, if the frame's own image still has it.
     cached_picture: Option<CachedPicture>,
-    /// The copy of it that panels are drawn over, where ENCODE reads that.
+    /// The copy that panels are drawn over, if ENCODE reads it.
     beside_kept: Option<Image>,
     /// Made when a picture is first shown again.
     again: Option<Again>,
-    /// Only while something is shown over the picture.
+    /// Present only while something is shown over the picture.
     overlay: Option<OverlayPass>,
-    /// Only where no hardware encodes the swapchain's images.
+    /// Present only if no hardware encodes the swapchain's images.
     encode: Option<Encode>,
-    /// The moment of the scene's motion that was asked for last.
+    /// The last requested pose of the scene's motion.
     pose: Pose,
     /// The number of lights after which frames are halted.
     halted: Option<usize>,
-    /// The row whose hazard frames show, where they have it.
-    simulated: Option<(RowName, HazardPicture)>,
+    /// The row whose hazard frames show, if they have that row.
+    simulated: Option<MissingRow>,
     /// Returns the dependencies of a plan's frames.
     rows: Box<dyn Fn(&FramePlan) -> Rows>,
-    /// Only while another view is shown beside the picture.
+    /// Present only while another view is shown beside the picture.
     split: Option<Split>,
     /// The reason why the last split was given up.
     refused: Option<Error>,
@@ -93,7 +91,7 @@ pub struct Presenter {
 }
 
 impl Presenter {
-    /// For a window's surface. Nothing is drawn before [`Presenter::fit`].
+    /// Makes a presenter for a window's surface. Nothing is drawn before [`Presenter::fit`].
     ///
     /// # Errors
     /// When the device cannot show images there, or the settings cannot be planned on it.
@@ -138,7 +136,7 @@ impl Presenter {
         })
     }
 
-    /// The same with other dependencies than [`rows::table`] has for a plan.
+    /// Replaces the dependencies of [`rows::table`] for each plan.
     ///
     /// # Safety
     /// As of [`Renderer::with_rows`].
@@ -146,8 +144,8 @@ impl Presenter {
         Self { rows: Box::new(rows), ..self }
     }
 
-    /// As [`Presenter::with_rows`], for the frames that the next [`Presenter::fit`] makes. With `of_scene` it uploads the scene anew, so that rows of
-    /// uploads count as well.
+    /// Replaces the dependencies as [`Presenter::with_rows`] does, for the frames that the next [`Presenter::fit`] makes. With `of_scene` it uploads
+    /// the scene again, so that rows of uploads take effect as well.
     ///
     /// # Safety
     /// As there.
@@ -156,21 +154,21 @@ impl Presenter {
         self.change(of_scene);
     }
 
-    /// The same for a display that shows up to so many nits, where its surface takes more than white: there white has [`WHITE_NITS`], and brighter
-    /// light is shown brighter. Elsewhere nothing changes: see [`Presenter::shows_hdr`].
+    /// Shows HDR on a display of `nits` peak brightness, if its surface takes more than white: white then has [`WHITE_NITS`], and brighter light is
+    /// shown brighter. Nothing changes on other surfaces: see [`Presenter::shows_hdr`].
     pub fn with_hdr(self, nits: f32) -> Self {
         let images = ImageWish { hdr: true, ..self.desc.images };
         Self { headroom: (nits / WHITE_NITS).max(1.0), desc: SwapchainDesc { images, ..self.desc }, ..self }
     }
 
-    /// The same with pictures that ENCODE encodes even where the hardware could: for tests where every surface has such images.
+    /// Makes ENCODE encode pictures even if the hardware could: for tests on machines where every surface has images with hardware encoding.
     pub fn with_encoding(self) -> Self {
         let images = ImageWish { by_shader: true, ..self.desc.images };
         Self { desc: SwapchainDesc { images, ..self.desc }, ..self }
     }
 
-    /// Draws pictures beside the window's images, so that they can be [shown again](Presenter::show_again). They are the same to the bit, and cost a
-    /// copy of the picture in each frame. Where the window's images cannot be copied into, nothing changes.
+    /// Draws pictures beside the window's images, so that they can be [shown again](Presenter::show_again). The pictures are bit-identical, and cost
+    /// one copy in each frame. If the window's images cannot be copied into, nothing changes.
     pub fn with_kept_pictures(self) -> Self {
         Self { keeps_pictures: true, ..self }
     }
@@ -261,8 +259,8 @@ impl Presenter {
         self.changes += 1;
     }
 
-    /// Changes a light, by its index in the scene, from the next frame on. Returns false where the changed one needs other pipelines or maps:
-    /// the frames stay as they are until [`Presenter::fit`] has others, made in the background where it is told so.
+    /// Changes a light, by its index in the scene, from the next frame on. Returns false if the changed light needs other pipelines or maps: the
+    /// frames stay as they are until [`Presenter::fit`] has made new ones, in the background if asked to.
     ///
     /// # Errors
     /// When there is no such light, or a number is not finite.
@@ -298,7 +296,7 @@ impl Presenter {
         self.split.as_mut().map_or(Ok(()), |split| split.set_exposure(ev100))
     }
 
-    /// Halts frames after so many lights, or, after [`Presenter::change`], only those that are to come: see [`Renderer::halt_after`].
+    /// Halts frames after `lights` lights (see [`Renderer::halt_after`]); after [`Presenter::change`], only the frames that are still to be made.
     pub fn halt_after(&mut self, lights: Option<usize>) {
         if self.halted != lights {
             self.outdate();
@@ -310,18 +308,17 @@ impl Presenter {
     }
 
     /// Has frames, from the next one on, show the hazard of a row that is missing, or none any more. Frames that have no such row or no such picture
-    /// ([`Simulation::of`]) are drawn as ever. Waits for the frames under way.
+    /// ([`MissingRow::decide`]) are drawn as ever. Waits for the frames under way.
     ///
     /// # Errors
     /// When the device is lost.
-    pub fn simulate(&mut self, hazard: Option<(RowName, HazardPicture)>) -> Result<(), Error> {
-        if self.simulated != hazard {
+    pub fn simulate(&mut self, missing: Option<MissingRow>) -> Result<(), Error> {
+        if self.simulated != missing {
             self.outdate();
         }
-        self.simulated = hazard;
+        self.simulated = missing;
         let Some(renderer) = &mut self.renderer else { return Ok(()) };
-        let simulation = hazard.and_then(|(row, how)| Simulation::of(&renderer.plan, row, how).ok());
-        renderer.simulate(simulation)
+        renderer.simulate(missing.and_then(|own| own.simulation(&renderer.plan)))
     }
 
     /// Gives up a surface that is lost, with its swapchain: a window may not have two.
@@ -384,7 +381,7 @@ impl Presenter {
         self.renderer.as_ref().map_or_else(DrawCounts::default, last)
     }
 
-    /// Returns true if what lies over the picture is on the device: if not, its textures must be sent with the next panels.
+    /// Returns true if the overlay is on the device; if not, its textures must be sent with the next panels.
     pub fn has_overlay(&self) -> bool {
         self.overlay.is_some()
     }
@@ -413,7 +410,7 @@ impl Presenter {
             (overlay::PASS, has_panels, ["panels are shown", "no panel is shown"]),
         ];
         for (pass, included, [reason, otherwise]) in now {
-            if let Some(part) = parts.iter_mut().find(|part| part.name == pass.place.name()) {
+            if let Some(part) = parts.iter_mut().find(|part| part.name == pass.name.name()) {
                 (part.included, part.reason) = (included, if included { reason } else { otherwise }.into());
             }
         }
@@ -431,7 +428,7 @@ impl Presenter {
         self.plan().map(encoding)
     }
 
-    /// Checks that a camera can be drawn with the window's plan, and with that of the view beside.
+    /// Checks that a camera can be drawn with the plans of the window and of the view beside.
     ///
     /// # Errors
     /// The reason why it cannot.

@@ -96,7 +96,7 @@ pub(super) fn picture_of(copy: &Copy, size: [u32; 2], format: vk::Format) -> Res
     Ok(Picture { size, pixels })
 }
 
-/// The same of a picture that waits to be encoded: sRGB of 8 bits a channel, cut off at white.
+/// Variant of [`picture_of`] for a picture before ENCODE: sRGB of 8 bits a channel, clipped at white.
 ///
 /// # Errors
 /// When the device is lost.

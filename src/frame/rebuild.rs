@@ -1,4 +1,4 @@
-//! Frames that are made in a thread of their own while others go on: a driver may compile for seconds.
+//! Renderers built in a background thread while the old frames go on: a driver may compile for seconds.
 
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
@@ -48,23 +48,23 @@ impl Begun {
 /// The result.
 pub(super) struct Rebuilt {
     begun: Begun,
-    /// The window's own frames, where they were to be others.
+    /// Renderer of the window, if it was rebuilt.
     pub(super) own: Option<Result<Renderer, Error>>,
-    /// Those of the view beside.
+    /// Renderer of the view beside, if it was rebuilt.
     pub(super) beside: Option<Result<Renderer, Error>>,
 }
 
 impl Rebuilt {
-    /// A renderer that was made, if it can do for the scene and the settings as they are now.
+    /// Returns the renderer `made`, if it fits the current scene and settings.
     pub(super) fn caught_up(&self, mut made: Renderer, scene: &Scene, settings: &Settings) -> Option<Renderer> {
         self.begun.catch_up(&mut made, scene, settings).is_ok().then_some(made)
     }
 }
 
-/// The window's own frames and those beside, each where they were to be others.
+/// Renderers of the window and of the view beside, each if it was to be rebuilt.
 type RebuiltRenderers = [Option<Result<Renderer, Error>>; 2];
 
-/// Frames that are being made.
+/// Renderers under construction.
 pub(super) struct Rebuild {
     pub(super) begun: Begun,
     told: Receiver<RebuiltRenderers>,
@@ -73,8 +73,7 @@ pub(super) struct Rebuild {
 }
 
 impl Rebuild {
-    /// Begins with the window's own frames and those of the view beside, each where they are to be others. None where the system starts no
-    /// thread.
+    /// Starts building the renderers of the window and of the view beside, each if it is to be rebuilt. Returns none if the system starts no thread.
     pub(super) fn start(begun: Begun, builders: [Option<RendererBuilder>; 2], wake: &Wake) -> Option<Self> {
         let (tell, told) = channel();
         let woken = WakeAtEnd(Arc::clone(wake));

@@ -9,7 +9,7 @@ use super::list::{RenderPassName, StepList, Subpass as Listed};
 use super::rows::{self, Row, Rows, SyncKind};
 use crate::gpu::sync::SyncVersion;
 use crate::gpu::{self, Device, MergeFeedback, RenderPass, RenderPassParts, SubpassDesc, SubpassOrder};
-use crate::passes::{PassName, Resource, ResourceUse, UseKind};
+use crate::passes::{Endpoint, Resource, ResourceUse, UseKind};
 use crate::plan::{FramePlan, Target};
 use crate::scene::Passes;
 
@@ -17,7 +17,7 @@ use crate::scene::Passes;
 #[derive(Debug, Clone)]
 pub struct PassDescription {
     pub name: RenderPassName,
-    /// Vulkan has no object of it: it is recorded as rendering ([`super::rendering`]).
+    /// No Vulkan object exists for it: it is recorded as dynamic rendering ([`super::rendering`]).
     pub is_rendering: bool,
     /// The API by which it is made.
     pub sync: SyncVersion,
@@ -27,14 +27,14 @@ pub struct PassDescription {
     pub dependencies: Vec<(Row, [u32; 2])>,
 }
 
-/// A change of an image's layout, which a dependency orders.
+/// A layout change of an image, ordered by a dependency.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LayoutChange {
-    /// None for the image of a barrier.
+    /// Attachment whose layout changes; absent for the image of a barrier.
     pub image: Option<Resource>,
-    /// Before the row.
+    /// Layout before the row.
     pub old: vk::ImageLayout,
-    /// After the row.
+    /// Layout after the row.
     pub new: vk::ImageLayout,
 }
 
@@ -74,7 +74,7 @@ pub fn layout_changes(plan: &FramePlan, rows: &Rows, row: &Row) -> Vec<LayoutCha
 /// The attachments of a subpass; references count them in the order of the pass, and `vk::ATTACHMENT_UNUSED` is a gap.
 #[derive(Debug, Clone)]
 pub struct SubpassAttachments {
-    pub place: PassName,
+    pub place: Endpoint,
     /// Read by `InputAttachmentIndex`.
     pub input: Vec<vk::AttachmentReference>,
     /// Written by location.
@@ -179,9 +179,9 @@ impl PassDescription {
         targets.collect()
     }
 
-    /// Each automatic change of an attachment's layout, and the two of its uses that it is between: subpasses, or
-    /// `vk::SUBPASS_EXTERNAL` for what it has before and after the pass.
-    fn layout_changes(&self) -> Vec<([u32; 2], LayoutChange)> {
+    /// Each automatic layout change of an attachment, with the two uses before and after it: subpasses, or `vk::SUBPASS_EXTERNAL` outside the render
+    /// pass.
+    pub fn layout_changes(&self) -> Vec<([u32; 2], LayoutChange)> {
         let mut changes = Vec::new();
         for (index, &(image, attachment)) in (0..).zip(&self.attachments) {
             let mut uses = vec![(vk::SUBPASS_EXTERNAL, attachment.initial_layout)];
@@ -251,6 +251,3 @@ impl PassDescription {
         make(&self.name.to_string(), parts)
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -43,9 +43,9 @@ struct DevicePass {
 
 /// The form in which a render pass of the list is recorded.
 enum PassForm {
-    /// An object of Vulkan's.
+    /// A Vulkan render pass object.
     Object(RenderPass, Framebuffers),
-    /// Rendering without one. The views are those of the swapchain's images.
+    /// Dynamic rendering, with the views of the swapchain's images.
     Rendering(Box<Rendering>, Vec<vk::ImageView>),
 }
 
@@ -57,16 +57,16 @@ struct MapPass {
 }
 
 enum MapForm {
-    /// With a framebuffer for each layer of the maps.
+    /// A render pass object, with a framebuffer for each layer of the maps.
     Object(RenderPass, Vec<Framebuffer>),
-    /// With the attachments of each layer.
+    /// Dynamic rendering, with the attachments of each layer.
     Rendering(Box<Rendering>, Vec<Vec<Rendered>>),
 }
 
 /// A render pass that can be recorded in a frame.
 pub enum BeginPass<'a> {
     Object(vk::RenderPassBeginInfo<'a>),
-    /// With the images of this frame, the clear values and the area.
+    /// Dynamic rendering, with this frame's images, the clear values and the area.
     Rendering(&'a Rendering, Vec<Rendered>, &'a [vk::ClearValue], vk::Rect2D),
 }
 
@@ -147,7 +147,7 @@ impl RenderPasses {
     /// Returns the render pass and the subpass to which a pass's pipelines belong, if the frame has it in a subpass.
     pub fn slot(&self, pass: &Pass) -> Option<Slot> {
         let draws = |name: RenderPassName, subpasses: &[Subpass]| {
-            let subpass = subpasses.iter().position(|own| own.passes.iter().any(|one| one.place == pass.place))?;
+            let subpass = subpasses.iter().position(|own| own.passes.iter().any(|one| one.name == pass.name))?;
             let of_rendering = |own: &Rendering| own.places.get(subpass).cloned().map(Slot::Rendering);
             let of_object = |own: &RenderPass| Some(Slot::Subpass(own.raw, subpass as u32));
             match self.maps.iter().find(|made| made.name == name).map(|made| &made.form) {
@@ -167,7 +167,7 @@ impl RenderPasses {
         self.passes.iter().find(|made| made.name == name)
     }
 
-    /// Returns what begins a render pass in this frame.
+    /// Returns the arguments that begin a render pass in this frame.
     pub fn begin(&self, frame: &FrameContext, name: RenderPassName) -> Option<BeginPass<'_>> {
         let made = self.find(name)?;
         match &made.form {
@@ -194,7 +194,7 @@ impl RenderPasses {
         }
     }
 
-    /// Returns what begins a render pass of shadow maps for one map, where the plan has maps.
+    /// Returns the arguments that begin a render pass of shadow maps for one map, if the plan has maps.
     pub fn begin_map(&self, name: RenderPassName, map: &MapRecording) -> Option<BeginPass<'_>> {
         let made = self.maps.iter().find(|made| made.name == name)?;
         let layer = map.view.tile.layer as usize;
@@ -224,7 +224,7 @@ impl RenderPasses {
     /// Records the copy of the picture into the image that is shown, outside a render pass, where the plan has it.
     pub fn present_into(&self, device: &Device, cmd: vk::CommandBuffer, (image, extent): (vk::Image, vk::Extent2D)) {
         let Some(stage) = &self.present else { return };
-        device.begin_label(cmd, present::PASS.place.name());
+        device.begin_label(cmd, present::PASS.name.name());
         let whole = ImageRange::whole(image, vk::ImageAspectFlags::COLOR);
         // Presentation, or ENCODE, may still have read the image: all of it is written.
         image_barrier(device, cmd, whole, Some(&stage.before));

@@ -1,9 +1,9 @@
 //! Rendering without render passes: the same subpasses and rows by `vkCmdBeginRendering`, with local read
 //! (VK_KHR_dynamic_rendering_local_read).
 //!
-//! A render pass takes its rows as dependencies. Here they are pipeline barriers: those between two subpasses stand inside the rendering, between the draws of the
-//! two, and are by region; those from outside stand before it, and those to outside after it. What a render pass does by itself in between, they do as well: they change the layouts of its
-//! attachments, each by the row that is about it.
+//! A render pass takes its rows as dependencies. Here they are pipeline barriers. Barriers between two subpasses stand inside the rendering, between
+//! the draws of the two, and are by region; barriers from outside stand before the rendering, and barriers to outside after it. They also change the
+//! layouts of the attachments, as a render pass does by itself, each by the attachment's own row.
 
 use ash::vk;
 
@@ -70,7 +70,7 @@ impl Rendering {
         Self { name, enter, between, leave, places, colors, depth, resolve, description }
     }
 
-    /// Records all of it: barriers, and `draw` for each subpass between them. Images and clear values are those of the attachments in their order.
+    /// Records the barriers, and calls `draw` for each subpass between them. Images and clear values are in the order of the attachments.
     pub fn record(
         &self,
         (device, cmd): (&Device, vk::CommandBuffer),
@@ -152,11 +152,11 @@ fn record_barriers((device, cmd): (&Device, vk::CommandBuffer), images: &[Render
 /// The barriers before or after rendering that carry out one row.
 #[derive(Debug, Clone)]
 pub struct AroundRendering {
-    /// None for a change of layout without a row.
+    /// Absent for a layout change without a row.
     pub row: Option<Row>,
     /// The indices of the attachments whose layouts change by it.
     pub changed: Vec<usize>,
-    /// It also orders uses of something whose layout stays.
+    /// The row also orders uses of resources whose layout stays.
     pub orders_more: bool,
 }
 
@@ -237,9 +237,9 @@ fn names_any(subpass: &SubpassAttachments, index: usize) -> bool {
     subpass.references().any(|own| own.attachment as usize == index)
 }
 
-/// Puts each colour attachment of the first subpass at its location, and the others where there is room, with as many attachments as there are locations and input
-/// indices. Vulkan asks for none of that. But lavapipe of Mesa 25.0 drops what a shader writes to a location that is no index of an attachment, whatever the
-/// location is mapped to; and layer 1.4.309 warns where the attachment of that index is a gap.
+/// Puts each colour attachment of the first subpass at its location, and the others into free places, with as many attachments as locations and input
+/// indices. Vulkan requires none of this. Without it, lavapipe of Mesa 25.0 drops a shader's writes to a location that is no index of an attachment,
+/// whatever the location is mapped to; and layer 1.4.309 warns if the attachment of that index is a gap.
 fn in_places(description: &PassDescription, colors: impl Iterator<Item = usize>) -> Vec<Option<usize>> {
     let all = &description.subpasses;
     let most = all.iter().map(|own| own.color.len().max(own.input.len())).max().unwrap_or(0);

@@ -4,7 +4,7 @@
 //! overlap and would hide each other's missing bits. Passes declare stages, accesses and layouts, and [`mod@waits`] makes rows of these; the others are written by hand
 //! here. [`table`] is a pure function of the plan. The render passes and the barriers are made from its value, a [`Rows`]. `afterlight inspect` prints it.
 //!
-//! [`super::proof`] computes that the rows suffice, and which of their parts others order as well. All of a renderer is made from the value, so another value makes another
+//! The crate `afterlight-proof` computes that the rows suffice, and which of their parts others order as well. All of a renderer is made from the value, so another value makes another
 //! renderer: with a row dropped, or one bit. `tests/sync/necessity.rs` compares the proof with a layer's reports in this way, and `afterlight inspect
 //! --drop` shows both.
 
@@ -18,26 +18,27 @@ use super::list;
 use super::list::{RenderPassName, Step};
 use crate::gpu::Queue;
 use crate::gpu::sync::{Dependency, Layouts, SyncVersion, Use};
-pub use crate::passes::{PassName, Resource};
+pub use crate::passes::{Endpoint, Resource};
 use crate::plan::{FramePlan, Target};
 use crate::scene::{self, Passes};
 
 mod host;
-mod masks;
+#[doc(hidden)]
+pub mod masks;
 mod prefilter;
 mod presentation;
 mod queues;
 mod renamed;
-pub(super) mod shadow;
-pub mod unreported_mutants;
+#[doc(hidden)]
+pub mod shadow;
 mod uploads;
 mod waits;
 pub(super) mod widened;
 
-pub(super) use host::FORMULA_WRITE;
-pub(super) use masks::SUPPORTED;
+pub use host::FORMULA_WRITE;
+#[doc(hidden)]
+pub use masks::SUPPORTED;
 pub use renamed::{in_windows, lack};
-use unreported_mutants::RowPart;
 pub(super) use waits::BarrierPosition;
 
 /// The Vulkan mechanism that carries a row.
@@ -53,9 +54,9 @@ pub enum SyncKind {
     BufferBarrier,
     /// A pipeline barrier on all memory.
     MemoryBarrier,
-    /// `vkQueueSubmit` itself, which orders the CPU's earlier writes before everything submitted ("Host Write Ordering Guarantees"): where memory is not
-    /// HOST_COHERENT, the writes that were flushed before it.
-    /// Two submissions are ordered only by rows that reach beyond one of them: those from and to OUTSIDE.
+    /// `vkQueueSubmit` itself, which orders the CPU's earlier writes before everything submitted ("Host Write Ordering Guarantees"): for memory that
+    /// is not HOST_COHERENT, the writes flushed before it. Two submissions are ordered only by rows from or to OUTSIDE, which reach beyond one of
+    /// them.
     Submission,
     /// The CPU waits for a submission's fence (a `Ticket`).
     Fence,
@@ -128,13 +129,13 @@ pub enum RowName {
     /// A row that is written by hand.
     Own(&'static str),
     /// A wait of one pass for another: `lighting-to-fog`.
-    Pair(PassName, PassName),
+    Pair(Endpoint, Endpoint),
     /// A wait of all passes that read a buffer for the one that wrote it: `skin-to-readers`.
-    Readers(PassName),
+    Readers(Endpoint),
     /// A wait of a pass for an image, outside of render passes: `rays-to-reflect-resolve`. The first word is the image's, and not a pass's.
-    Image(Target, PassName),
+    Image(Target, Endpoint),
     /// A wait of a pass for the frame before: `geometry-reuse`.
-    Reuse(PassName),
+    Reuse(Endpoint),
     /// A wait for an image that the frame before has used: `hiz-reuse`.
     ImageReuse(Target),
 }
@@ -156,7 +157,7 @@ impl RowName {
 
 impl fmt::Display for RowName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let of = |place: &PassName| renamed::spelled(*place);
+        let of = |place: &Endpoint| renamed::spelled(*place);
         let image = |target: &Target| Resource::Target(*target).to_string();
         match self {
             Self::Own(name) => f.pad(name),
@@ -169,6 +170,17 @@ impl fmt::Display for RowName {
     }
 }
 
+/// The part of a row that is removed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RowPart {
+    /// All of it.
+    Row,
+    /// The reach across the samples of a pixel: the row becomes one by region.
+    AcrossSamples,
+    /// Some bits of one side.
+    Bits(Side, Use),
+}
+
 /// A row of the table.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Row {
@@ -179,11 +191,11 @@ pub struct Row {
     /// The Vulkan construct that the row becomes.
     pub carrier: SyncKind,
     /// The subpass or step that must be over.
-    pub from: PassName,
+    pub from: Endpoint,
     /// The subpass or step that must wait, or the first of them.
-    pub to: PassName,
+    pub to: Endpoint,
     /// All subpasses and steps that wait; none where the row is written by hand.
-    pub waiting: Vec<PassName>,
+    pub waiting: Vec<Endpoint>,
     /// The resources whose uses it orders; none where the row is written by hand.
     pub resources: Vec<Resource>,
     /// The first scope, the union of all uses that must be complete: their stages, and their write accesses.
@@ -193,7 +205,7 @@ pub struct Row {
     /// `VK_DEPENDENCY_BY_REGION_BIT`: each pixel waits only for itself, and between subpasses of as many samples each sample. False outside of subpass
     /// dependencies.
     pub by_region: bool,
-    /// It would be by region, but one side reads samples of its pixel beside its own.
+    /// The row would be by region, but one side reads other samples of its pixel.
     pub across_samples: bool,
     /// The reason in a sentence, for `afterlight inspect` and its documentation.
     pub why: String,
@@ -209,7 +221,7 @@ pub enum Side {
 }
 
 impl Row {
-    /// The same with the layouts of a plan, and with the masks of its API.
+    /// Adapts the row to a plan: its layouts, and the masks of its API.
     fn in_frames_of(self, plan: &FramePlan) -> Self {
         let carrier = match self.carrier {
             SyncKind::ImageBarrier(old, new) => SyncKind::ImageBarrier(plan.layouts.of(old), plan.layouts.of(new)),
@@ -284,7 +296,7 @@ pub struct Rows {
 }
 
 impl Rows {
-    /// All rows in the order of a frame; those between the CPU and the device come last.
+    /// All rows in the order of a frame; rows between the CPU and the device come last.
     pub fn iter(&self) -> impl Iterator<Item = &Row> {
         self.rows.iter()
     }
@@ -294,7 +306,7 @@ impl Rows {
         self.iter().filter(move |row| row.carrier == carrier)
     }
 
-    /// The row of this name. A frame that asks for one which its plan has not gets none, orders nothing, and [`super::proof`] finds the hazard.
+    /// The row of this name. A frame that asks for one which its plan has not gets none, orders nothing, and the proof (`afterlight-proof`) finds the hazard.
     pub fn find(&self, name: RowName) -> Option<&Row> {
         self.iter().find(|row| row.name == name)
     }
@@ -344,8 +356,8 @@ impl Rows {
         }
     }
 
-    /// The same table without some bits of one side of a row. With a stage go the accesses that no other stage there supports. A side
-    /// without stages waits for nothing, or holds nothing back.
+    /// Returns a copy of the table without some bits of one side of a row. Removing a stage also removes the accesses that no other stage of that
+    /// side supports. A side without stages waits for nothing, or holds nothing back.
     ///
     /// # Errors
     /// When there is no such row, or it cannot be changed.
@@ -405,7 +417,7 @@ pub(super) fn waits(plan: &FramePlan, steps: &[Step]) -> Vec<(Row, Option<Barrie
 struct RowBuilder(Row);
 
 fn row(name: RowName, carrier: SyncKind) -> RowBuilder {
-    let (from, to, before, after) = (PassName::OUTSIDE, PassName::OUTSIDE, Use::START, Use::END);
+    let (from, to, before, after) = (Endpoint::OUTSIDE, Endpoint::OUTSIDE, Use::START, Use::END);
     RowBuilder(Row {
         name,
         label: name.name(),
@@ -430,7 +442,7 @@ fn barrier(name: RowName, old: vk::ImageLayout, new: vk::ImageLayout) -> RowBuil
 impl RowBuilder {
     // ANCHOR: first-scope
     /// Sets the first scope: uses that must be complete.
-    fn from(self, from: PassName, uses: &[Use]) -> Self {
+    fn from(self, from: Endpoint, uses: &[Use]) -> Self {
         // Only writes have to be made available (specification, "Execution and Memory Dependencies"): a read access in the first scope
         // does nothing, and an earlier stage does nothing beside a later one.
         Self(Row { from, before: masks::latest(Use::all(uses).writes()), ..self.0 })
@@ -438,12 +450,12 @@ impl RowBuilder {
     // ANCHOR_END: first-scope
 
     /// Sets the second scope: uses that wait.
-    fn to(self, to: PassName, uses: &[Use]) -> Self {
+    fn to(self, to: Endpoint, uses: &[Use]) -> Self {
         Self(Row { to, after: Use::all(uses), ..self.0 })
     }
 
     /// Names all that wait.
-    fn for_all(self, reasons: &[(PassName, Vec<&'static str>)]) -> Self {
+    fn for_all(self, reasons: &[(Endpoint, Vec<&'static str>)]) -> Self {
         Self(Row { waiting: reasons.iter().map(|(place, _)| *place).collect(), ..self.0 })
     }
 
@@ -452,10 +464,10 @@ impl RowBuilder {
         Self(Row { resources, ..self.0 })
     }
 
-    /// Between two subpasses each pixel waits for itself alone. Where `reads_all`, invocations for one sample read the others of their pixel, so the row is
-    /// not by region: "If N equals M", with N samples a pixel on one side and M on the other, "then a framebuffer region containing a single (x, y, layer,
-    /// sample) coordinate in the first synchronization scope corresponds to a region containing the same sample at the same coordinate in the second"
-    /// (specification, "Framebuffer Region Dependencies").
+    /// A dependency between two subpasses is by region: each pixel waits only for itself. With `reads_all`, invocations for one sample read the other
+    /// samples of their pixel, so the row is not by region: "If N equals M", with N samples a pixel on one side and M on the other, "then a
+    /// framebuffer region containing a single (x, y, layer, sample) coordinate in the first synchronization scope corresponds to a region containing
+    /// the same sample at the same coordinate in the second" (specification, "Framebuffer Region Dependencies").
     fn between(self, is_between: bool, reads_all: bool) -> Self {
         Self(Row { by_region: is_between && !reads_all, across_samples: is_between && reads_all, ..self.0 })
     }
@@ -464,6 +476,3 @@ impl RowBuilder {
         Row { why: why.into(), ..self.0 }
     }
 }
-
-#[cfg(test)]
-mod tests;

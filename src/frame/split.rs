@@ -1,8 +1,8 @@
-//! A second picture of the same camera, of which a window shows the part right of a divider.
+//! A second picture of the same camera; a window shows its part right of a divider.
 //!
-//! It is drawn by a renderer of its own, headless, in a submission before the window's frame. SPLIT then copies its part over the window's
-//! picture: the row "read-back" makes the picture ready for that, and the row from OUTSIDE to whatever first touches it holds the next picture
-//! back until the copy is done. Both reach over submissions to one queue.
+//! A separate headless renderer draws it, in a submission before the window's frame. SPLIT then copies that part over the window's picture. The row
+//! "read-back" makes the other picture ready for the copy, and the row from OUTSIDE to its first user holds the next picture back until the copy is
+//! done. Both rows order across submissions to one queue.
 
 use std::sync::Arc;
 
@@ -24,23 +24,24 @@ pub(super) struct Split {
     pub(super) view: View,
     /// The part of the width that is left of the divider, 0 to 1.
     pub(super) at: f64,
-    /// None before the window has had any pixels.
+    /// Absent until the window has had pixels.
     renderer: Option<Renderer>,
 }
 
 impl Split {
-    /// In the middle, until it is said where.
+    /// Puts the divider in the middle at first.
     pub(super) fn new(view: View) -> Self {
         Self { view, at: 0.5, renderer: None }
     }
 
-    /// Lets go of the scene on the device before another is put there: a device may not hold two.
+    /// Releases the scene on the device before another is uploaded: a device may not hold two.
     pub(super) fn give_up(&mut self) {
         self.renderer = None;
     }
 
-    /// Returns the work that another thread can make into the other picture, if that is to change (`changed`: in any case), with the frames `own`
-    /// that are being made beside it, or those that go on. None if nothing is to be made, or only [`Split::fit`] can tell what is wrong.
+    /// Returns the builder with which another thread can make the other picture's renderer, if it needs to change (always if `changed`). `own` builds
+    /// the window's frames beside it; without it the `shown` ones go on. Returns none if nothing is to be made, or if only [`Split::fit`] can report
+    /// the error.
     pub(super) fn builder(
         &self,
         (scene, settings): (&Scene, &Settings),
@@ -60,9 +61,9 @@ impl Split {
         RendererBuilder::new(device, scene, &settings, (plan, rows), uploaded).ok()
     }
 
-    /// Makes the renderer of the other picture, for such images: of `settings`, which are those of the window's frames, but for the view. `changed`
-    /// as in [`super::Presenter::change`]; `beside` draws the window's own frames, and shares the scene on the device where the two plans have it the
-    /// same. Adopts the frames that another thread has `made` if they fit, and then returns true.
+    /// Makes the renderer of the other picture for images of this `target`. `settings` are the window's settings, except for the view. `changed` as
+    /// in [`super::Presenter::change`]; `beside` draws the window's own frames, and shares the scene on the device if both plans upload the same.
+    /// Returns true if it adopted the renderer that another thread has `made`, because it fits.
     ///
     /// # Errors
     /// When the view cannot be planned with these settings, or the device lacks the memory.
@@ -102,7 +103,7 @@ impl Split {
         Ok(taken)
     }
 
-    /// Draws the other picture, in a submission of its own.
+    /// Draws the other picture in a separate submission.
     ///
     /// # Errors
     /// When the device is lost or out of memory, or cannot draw from this camera.
@@ -110,8 +111,8 @@ impl Split {
         self.renderer.as_mut().map_or(Ok(()), |renderer| renderer.render(camera))
     }
 
-    /// Copies its part over the window's picture, which lies then as it did before. `rows` are those of the frame
-    /// that is being recorded.
+    /// Copies its part over the window's picture, and leaves that picture in the layout that it had before. `rows` belong to the frame that is being
+    /// recorded.
     pub(super) fn record(&self, device: &Arc<Device>, rows: &Rows, (cmd, image): (vk::CommandBuffer, vk::Image)) {
         let Some(picture) = self.renderer.as_ref().and_then(|renderer| renderer.frame.output(&renderer.plan)) else {
             return;

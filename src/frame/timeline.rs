@@ -3,7 +3,7 @@
 use super::jitter::JitterSequence;
 use crate::visible::{Eye, FrameProjection, Reprojection, Visible, World};
 
-/// Frames a second of which a picture's frames are taken to be.
+/// Frame rate at which a picture's frames are assumed to be shown.
 pub const FRAMES_A_SECOND: f64 = 60.0;
 
 /// The frames since the last cut.
@@ -11,7 +11,7 @@ pub const FRAMES_A_SECOND: f64 = 60.0;
 pub(super) struct Timeline {
     /// The number of frames so far.
     count: u32,
-    /// Of their places in the pixel.
+    /// The jitter of the frames.
     order: JitterSequence,
     last: Option<Last>,
     /// The number of frames in a row that have changed nothing.
@@ -25,18 +25,18 @@ pub(super) struct Timeline {
 struct Last {
     projection: FrameProjection,
     generation: u64,
-    /// The state of what changes by itself.
+    /// State of the content that changes by itself.
     changing: Vec<u8>,
     exposure: f32,
 }
 
 impl Timeline {
-    /// A timeline whose frames have so many places in the pixel before the first comes again.
+    /// A timeline whose jitter repeats after `places` frames.
     pub fn of(places: u32) -> Self {
         Self { count: 0, order: JitterSequence::of(places), last: None, still: 0, since_change: 0 }
     }
 
-    /// Makes the next frame the first: the frames before showed something else, or had another size.
+    /// Makes the next frame the first: the earlier frames showed something else, or had another size.
     pub fn begin(&mut self, places: u32) {
         let order = if self.order.count() == places.max(1) { self.order } else { JitterSequence::of(places) };
         *self = Self { count: 0, order, last: None, still: 0, since_change: 0 };
@@ -47,12 +47,13 @@ impl Timeline {
         self.still
     }
 
-    /// The number of frames since the last change, with the frame that showed it; 0 after a cut. The same for every frame while something moves.
+    /// The number of frames since the last change, with the frame that showed it; 0 after a cut. It stays constant for all frames while something
+    /// moves.
     pub fn since_change(&self) -> u32 {
         self.since_change
     }
 
-    /// Returns what the next frame needs of the last one.
+    /// Returns the data that the next frame needs of the last one.
     pub fn reprojection(&self, world: &World, visible: &Visible, eye: &Eye, size: [u32; 2]) -> Reprojection {
         let current = FrameProjection::of(eye, &visible.depth, size);
         let last = self.last.as_ref();

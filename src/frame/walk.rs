@@ -10,7 +10,7 @@ use super::IN_FLIGHT;
 use super::list::{Commands, Condition, HandOver, QueuePart, RenderPassName, Step, Subpass};
 use super::render_passes::{BeginPass, RenderPasses};
 use super::rows::widened::EVERYTHING;
-use super::rows::{PassName, RowName, Rows, SyncKind};
+use super::rows::{Endpoint, RowName, Rows, SyncKind};
 use super::simulation::Simulation;
 use crate::gpu::barrier::{self, Half, ImageRange};
 use crate::gpu::{self, Buffer, Device, Image, PartWait, Queue, RecordedPass, Timestamps};
@@ -90,7 +90,7 @@ impl Frame {
         let render_passes = RenderPasses::new(parts)?;
         let mut objects: Vec<PassObject> = Vec::new();
         for pass in render_passes.list.passes() {
-            let is_made = objects.iter().any(|made| made.pass.place == pass.place);
+            let is_made = objects.iter().any(|made| made.pass.name == pass.name);
             if let Some(make) = pass.make.filter(|_| !is_made) {
                 let object = make(&parts.making(pass, &render_passes, &objects))?;
                 objects.push(PassObject { pass, object });
@@ -145,8 +145,8 @@ impl Frame {
         Some((earlier, self.rows.find(row)?.after.stage))
     }
 
-    /// Records one frame: each part into its command buffer, and PRESENT, where the plan has it, into that of the last, which is the frame's own. Times of other queues go to
-    /// the second of `times`.
+    /// Records one frame: each part into its command buffer, and PRESENT, if the plan has it, into the last one, which is the frame's own. Timestamps
+    /// of other queues go to the second of `times`.
     pub(super) fn record(
         &self,
         frame: &FrameContext,
@@ -187,7 +187,7 @@ impl Frame {
                 Step::RenderPass(name, subpasses) => self.render_pass(frame, (*name, subpasses), times),
                 Step::Commands(own) if own.pass.make.is_some() => {
                     // A pass of several steps stands twice, and the second time is about all steps but the first.
-                    if last.is_none_or(|last| last.place != own.pass.place) {
+                    if last.is_none_or(|last| last.name != own.pass.name) {
                         let again = steps.get(index + 1).and_then(|next| next.again(own.pass));
                         self.commands(frame, (own, again), times);
                     }
@@ -208,7 +208,7 @@ impl Frame {
         }
     }
 
-    /// A half of the transfer of what two queues use. Its semaphore is a part of the submission.
+    /// Records one half of an ownership transfer between two queues. The semaphore belongs to the submission.
     fn hand_over(&self, frame: &FrameContext, own: &HandOver) {
         let Some(row) = self.rows.find(RowName::ownership(own.queues)) else { return };
         let image =
@@ -303,7 +303,7 @@ impl Frame {
         if own.when == Condition::Posed && !frame.posed {
             return;
         }
-        let frame = self.seen_at(own.pass.place, frame);
+        let frame = self.seen_at(own.pass.name, frame);
         frame.begin(own.pass);
         self.barriers(frame, &own.before);
         let between = || again.into_iter().for_each(|again| self.barriers(frame, &again.before));
@@ -340,13 +340,13 @@ impl Frame {
     }
 
     /// The frame as the passes at a place see it: as the last frame saw it where their result is to be stale.
-    fn seen_at<'a>(&self, place: PassName, frame: &'a FrameContext<'a>) -> &'a FrameContext<'a> {
+    fn seen_at<'a>(&self, place: Endpoint, frame: &'a FrameContext<'a>) -> &'a FrameContext<'a> {
         let is_earlier = self.simulation.as_ref().is_some_and(|own| own.is_earlier(place));
         frame.earlier.filter(|_| is_earlier).unwrap_or(frame)
     }
 
     fn object(&self, pass: &Pass) -> Option<&dyn PassRecorder> {
-        self.objects.iter().find(|made| made.pass.place == pass.place).map(|made| &*made.object)
+        self.objects.iter().find(|made| made.pass.name == pass.name).map(|made| &*made.object)
     }
 
     /// Carries out rows that are pipeline barriers, each on its image or on its buffers.
@@ -368,7 +368,7 @@ impl Frame {
         match (resource, frame.culling) {
             (Resource::DeformedVertices, _) => frame.scene.deformed.iter().map(|own| &own.vertices).collect(),
             (Resource::CulledInstances, Some(culling)) => vec![&culling.culled],
-            (Resource::FoundCounts, Some(culling)) => vec![culling.found_buffer(frame.place)],
+            (Resource::FoundCounts, Some(culling)) => vec![culling.found_buffer(frame.in_flight)],
             (Resource::DepthPyramid, Some(culling)) => culling.pyramid.iter().collect(),
             _ => buffers(&self.objects, resource).collect(),
         }
@@ -385,7 +385,7 @@ impl Step {
     /// Returns the commands if they are of the same pass.
     fn again(&self, pass: &Pass) -> Option<&Commands> {
         match self {
-            Self::Commands(own) if own.pass.place == pass.place => Some(own),
+            Self::Commands(own) if own.pass.name == pass.name => Some(own),
             _ => None,
         }
     }

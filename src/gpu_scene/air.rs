@@ -1,5 +1,4 @@
-//! The air in shaders' form: what a frame's data say of the fog, computed in 64 bits where heights are far from the camera's, and the binding of the
-//! light in it.
+//! Fog data for shaders, computed in 64 bits where heights are far from the camera's, and the binding of the scattered light.
 
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
@@ -9,7 +8,7 @@ use crate::gpu::{Buffer, SetLayoutBinding, SetWriter, binding};
 use crate::plan::FramePlan;
 use crate::visible::{Eye, World};
 
-/// `Air` of `shaders/shared/air.wgsl`; zeros where there is no fog.
+/// `Air` of `shaders/shared/air.wgsl`; zeros without fog.
 #[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
 #[repr(C)]
 pub struct AirRecord {
@@ -34,7 +33,7 @@ const _: () = {
     assert!(offset_of!(AirRecord, rise) == wgsl::RISE && offset_of!(AirRecord, rate) == wgsl::RATE);
 };
 
-/// Froxels reach so many times as far as they are equally thick.
+/// Ratio of the far end of the froxels to the distance up to which their slices are about equally thick.
 const EVEN_SHARE: f64 = 8.0;
 
 impl AirRecord {

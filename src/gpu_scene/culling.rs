@@ -113,7 +113,7 @@ struct CullingLayout {
     groups: usize,
     /// Counts of a step: one for each level of each group.
     slots: usize,
-    /// Of a step: one for each level of each batch.
+    /// Commands of a step: one for each level of each batch.
     commands: usize,
     levels_at: usize,
     counts_at: usize,
@@ -140,9 +140,9 @@ impl CullingLayout {
 /// The buffers of the passes that cull on the device, and the sets that name them.
 pub struct CullingBuffers {
     pub set_layout: SetLayout,
-    /// Their output, which draws read. Frames share it.
+    /// Output of the passes, which draws read. All frames share it.
     pub culled: Buffer,
-    /// The depths that PYRAMID writes and CULL reads, where the device finds hidden objects. Frames share the buffer.
+    /// The depths that PYRAMID writes and CULL reads, if the device culls hidden objects. Frames share the buffer.
     pub pyramid: Option<Buffer>,
     /// Width and height of the picture.
     size: [u32; 2],
@@ -150,7 +150,7 @@ pub struct CullingBuffers {
     inputs: Vec<CullingInputs>,
     layout: CullingLayout,
     pub states: Vec<CulledState>,
-    /// Of the list that `extent` and `states` are of; none yet.
+    /// Arrangement number of the instance list that `layout` and `states` describe; none at first.
     arranged: Option<u64>,
     _pool: DescriptorPool,
 }
@@ -179,13 +179,13 @@ const BINDINGS: [vk::DescriptorType; 8] = {
     kinds
 };
 
-/// Those of looks and of the pyramid not every plan has.
+/// Bindings; only some plans have looks or the pyramid.
 const LOOKS: u32 = 5;
 const PYRAMID: u32 = 6;
 const FOUND: u32 = 7;
 
 impl CullingBuffers {
-    /// Of so many frames in flight; none where the plan does not cull on the device.
+    /// Makes the buffers of `frames` frames in flight; none if the plan does not cull on the device.
     ///
     /// # Errors
     /// When there is no memory for it.
@@ -433,7 +433,7 @@ impl CullingInputs {
         Ok(())
     }
 
-    /// Names the buffers in the set. Its frame is done.
+    /// Binds the buffers in the descriptor set. The frame that used it must be done.
     fn name(&self, device: &Device, culled: &Buffer, pyramid: Option<&Buffer>) {
         let mut writer = SetWriter::new().uniform_buffer(0, &self.uniform, self.uniform.size);
         let lists = [

@@ -14,14 +14,14 @@ use crate::visible::{MapDraw, Visible, World};
 
 /// The instances of one frame in flight.
 pub struct Instances {
-    /// Three rows each, from the mesh to the world around the camera.
+    /// Three rows for each instance, from the mesh to the world around the camera.
     pub(super) rows: GrowingBuffer,
-    /// Four rows each, from the mesh to a map's clip space: of one map after the other. None without shadow maps.
+    /// Four rows for each caster, from the mesh to a map's clip space, one map after another. Absent without shadow maps.
     casters: Option<GrowingBuffer>,
-    /// The number of each one's object and 1, in the view of triangles; where they are looked up, the code of its first triangle, less the vertex with which that
-    /// begins.
+    /// The number of each instance's object plus 1, in the view of triangles. If triangles are looked up: the code of the instance's first triangle,
+    /// minus that triangle's first vertex.
     numbers: Option<GrowingBuffer>,
-    /// The look of each one, and of each caster, where the plan has looks.
+    /// The look of each instance, and of each caster, if the plan has looks.
     pub(super) looks: Option<GrowingBuffer>,
     caster_looks: Option<GrowingBuffer>,
 }
@@ -34,9 +34,9 @@ pub(super) struct GrowingBuffer {
 }
 
 impl Instances {
-    /// Of a frame in flight, with nothing in them yet.
+    /// Makes the empty buffers of a frame in flight.
     pub fn new(index: usize, plan: &FramePlan) -> Self {
-        // A compute pass looks them up, too, where it is told the instance of each pixel.
+        // TILED also reads them as storage buffers, if it is told the instance of each pixel.
         let looked_up = plan.triangles.map_or(vk::BufferUsageFlags::empty(), |_| vk::BufferUsageFlags::STORAGE_BUFFER);
         let usage = vk::BufferUsageFlags::VERTEX_BUFFER | looked_up;
         let list = |name: &str| GrowingBuffer { name: format!("{name} of frame {index}"), usage, buffer: None };
@@ -50,7 +50,7 @@ impl Instances {
         }
     }
 
-    /// Writes those of a frame. The frame that used the buffers before must be done.
+    /// Writes the instances of a frame. The frame that used the buffers before must be done.
     ///
     /// # Errors
     /// When mapped memory cannot be flushed, or there is none for a longer list.
@@ -95,7 +95,7 @@ impl Instances {
         }
     }
 
-    /// Binds those of casters.
+    /// Binds the streams of casters.
     pub fn bind_casters(&self, device: &Device, cmd: vk::CommandBuffer) {
         if let Some(casters) = &self.casters {
             casters.bind(device, cmd, ROWS);

@@ -90,7 +90,7 @@ fn sheen_share(n_dot_v: f32, alpha: f32) -> f32 {
         [cos, sin]
     });
     let ring = |step: usize| {
-        // Denser at grazing angles, where there is most of it.
+        // Rings are denser at grazing angles, where most of the sheen is.
         let root = (step as f32 + 0.5) / count;
         let n_dot_l = root * root;
         let level = (1.0 - n_dot_l * n_dot_l).sqrt();

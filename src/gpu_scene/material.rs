@@ -1,4 +1,4 @@
-//! Textures on the device, and a descriptor set for each material that samples any: exactly what its pipelines sample.
+//! Textures on the device, and a descriptor set for each textured material, with exactly the bindings that its pipelines sample.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -23,7 +23,7 @@ pub const OWN_SAMPLERS: u32 = 16;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct SetForm {
     pub textures: TextureMask,
-    /// Each texture has a sampler of its own.
+    /// True if each texture has its own sampler.
     pub own_samplers: bool,
 }
 
@@ -35,11 +35,11 @@ impl SetForm {
 
 /// The textures that the plan has on the device.
 pub struct Materials {
-    /// By the slots that a set has: no set has a binding that its pipelines do not sample.
+    /// Layouts by the slots of a set: no set has a binding that its pipelines do not sample.
     layouts: BTreeMap<SetForm, SetLayout>,
-    /// By material and sheet of its atlas, for passes that shade.
+    /// Descriptor sets for passes that shade, by material and sheet of its atlas.
     sets: BTreeMap<(usize, u32), vk::DescriptorSet>,
-    /// By material and sheet, for SHADOW and TINT, which sample the base colour alone.
+    /// Descriptor sets for SHADOW and TINT, which sample only the base colour, by material and sheet.
     holes: BTreeMap<(usize, u32), vk::DescriptorSet>,
     /// Present if a shader looks textures up by their numbers.
     numbered: Option<NumberedTextures>,
@@ -64,7 +64,7 @@ impl NumberedTextures {
     }
 }
 
-/// The bit of a slot's word from which on it is the number of a sampler; below, that of a texture.
+/// Lowest bit of the sampler's number in a slot's word; the bits below are the texture's number.
 const SAMPLER_SHIFT: u32 = 24;
 
 /// A material's sets, before they exist: one for each sheet of its atlas.
@@ -77,7 +77,7 @@ struct PlannedSet<'a> {
 }
 
 impl PlannedSet<'_> {
-    /// Of each sheet.
+    /// Samplers of each sheet.
     fn sampler_count(&self) -> u32 {
         if self.samplers == SetSamplers::Each { self.slots.len() as u32 } else { 1 }
     }
@@ -92,7 +92,7 @@ pub(super) struct MaterialImage {
 }
 
 impl Materials {
-    /// `None` when the plan has no texture. A source that was given up keeps no texels of those that it has.
+    /// Uploads the plan's textures; `None` if it has none. A taken source loses the texels of each uploaded texture.
     pub(super) fn new(
         device: &Arc<Device>,
         uploader: &mut Uploader,
@@ -106,7 +106,7 @@ impl Materials {
         let mut images = Vec::new();
         for (index, texture) in planned.images.iter().enumerate() {
             images.push(upload(device, uploader, source.scene(), (texture, planned.sheet))?);
-            // A texture is several images where it is an atlas as well. They follow each other.
+            // One texture becomes several consecutive images if it is an atlas as well.
             let is_last = planned.images.get(index + 1).is_none_or(|next| next.source != texture.source);
             if let (TextureSource::Scene(own), true) = (texture.source, is_last) {
                 source.forget_texels(own);
@@ -403,7 +403,7 @@ pub(super) fn upload(
     (0..cells).step_by(most as usize).map(sheet).collect()
 }
 
-/// The rows of texels of a cell, of a texture that is so many texels wide.
+/// The rows of texels of one cell, in a texture that is `width` texels wide.
 fn cell_rows(texels: &[u8], (size, width): ([u32; 2], u32), cell: u32) -> impl Iterator<Item = &[u8]> {
     let [wide, high, width] = [size[0], size[1], width].map(|edge| edge as usize);
     let columns = width / wide;

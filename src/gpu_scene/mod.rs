@@ -62,11 +62,11 @@ pub struct MeshRange {
     /// The vertex of the mesh with which the first triangle begins, where triangles are numbered.
     pub begin: u32,
     pub width: IndexWidth,
-    /// Its vertices are SKIN's.
+    /// SKIN writes the vertices.
     pub deformed: bool,
 }
 
-/// Vertex streams lie in buffers of their own, so that a pass binds only what it reads.
+/// The uploaded scene. Each vertex stream has its own buffer, so that a pass binds only the streams that it reads.
 pub struct GpuScene {
     positions: Option<Buffer>,
     normals: Option<Buffer>,
@@ -76,11 +76,11 @@ pub struct GpuScene {
     colors: Option<Buffer>,
     indices_16: Option<Buffer>,
     indices_32: Option<Buffer>,
-    /// By mesh of the scene; none where it is not on the device.
+    /// Ranges by mesh of the scene; none for meshes that are not on the device.
     meshes: Vec<Option<MeshRange>>,
-    /// By mesh of the scene, where some mesh has any: its levels of detail.
+    /// Levels of detail by mesh of the scene, for meshes that have any.
     levels: BTreeMap<usize, Vec<PlannedLevel>>,
-    /// By deformed object of the plan.
+    /// Vertices by deformed object of the plan.
     deforms: Vec<MeshRange>,
     /// Present if the plan deforms objects.
     pub deformed: Option<Deformed>,
@@ -93,7 +93,7 @@ pub struct GpuScene {
     pub volumes: Option<VolumeMeshes>,
 }
 
-/// The volumes of lights, whose corners lie one after the other: those of a sphere, then those of a cone.
+/// The volumes of lights, in one buffer: the sphere's corners, then the cone's.
 pub struct VolumeMeshes {
     pub corners: Buffer,
     pub sphere: u32,
@@ -107,11 +107,11 @@ pub const UV: u32 = 2;
 pub const TANGENT: u32 = 3;
 pub const COLOR: u32 = 4;
 pub const SECOND_UV: u32 = 5;
-/// Position, colour and texture coordinates of a stroke's other end: those of the vertex two further on, from the same streams.
+/// Position, colour and texture coordinates of a stroke's other end, read from the same streams two vertices further on.
 pub const OTHER_END: u32 = 6;
 pub const OTHER_COLOR: u32 = 7;
 pub const OTHER_UV: u32 = 15;
-/// Rows of an instance's map: the first of three locations, or four in shadow maps. They follow each other in one stream.
+/// Rows of an instance's map: the first of three locations, or four in shadow maps. The rows are consecutive in one stream.
 pub const ROWS: u32 = 8;
 /// The last of a map's four.
 const ROW_W: u32 = 11;
@@ -134,7 +134,7 @@ pub fn stream_format(stream: u32) -> vk::Format {
     }
 }
 
-/// The colours of a mesh: white where it has none.
+/// The colours of a mesh; white if the mesh has none.
 fn colors(mesh: &Mesh) -> Cow<'_, [[f32; 4]]> {
     match mesh.colors.is_empty() {
         true => vec![[1.0; 4]; mesh.positions.len()].into(),
@@ -156,9 +156,9 @@ fn stride(stream: u32) -> u32 {
 /// Vertex input state: a binding for each stream, an attribute for each input of the shader.
 pub type VertexInputState = (Vec<vk::VertexInputBindingDescription>, Vec<vk::VertexInputAttributeDescription>);
 
-/// Vertex input state for the inputs of a shader, by their locations: each is a stream in a buffer of its own, but for an instance's rows, which
-/// share one. Vulkan wants an attribute for each declared input; those that a mesh without such `extras` lacks, and the shader's constants
-/// leave unread, are read of a stream that is there.
+/// Vertex input state for the inputs of a shader, by their locations. Each input is a stream in its own buffer, except for an instance's rows, which
+/// share one. Vulkan requires an attribute for each declared input. Inputs that a mesh lacks (see `extras`), and that the shader's constants leave
+/// unread, are read from a stream that exists.
 pub fn vertex_input(locations: &[u32], extras: Extras) -> VertexInputState {
     let stream_of = |location| match location {
         OTHER_END => POSITION,
@@ -186,7 +186,7 @@ pub fn vertex_input(locations: &[u32], extras: Extras) -> VertexInputState {
     };
     let attribute = |&location: &u32| {
         let stream = stream_of(location);
-        // An attribute that is read of another stream, and dropped, is of its own type nevertheless.
+        // An unread attribute still needs its declared type, whatever stream it is read from.
         let format = stream_format(if location == LOOK { LOOK } else { stream });
         let offset = match location {
             ROWS..=ROW_W => (location - ROWS) * row,
@@ -276,7 +276,7 @@ impl GpuScene {
         }
     }
 
-    /// The same of one of its levels of detail: 0 is the mesh itself.
+    /// Variant of [`Self::mesh`] for one level of detail of a mesh; level 0 is the mesh itself.
     pub fn level(&self, mesh: usize, deform: Option<usize>, level: u8) -> Option<MeshRange> {
         let range = self.mesh(mesh, deform)?;
         let Some(level) = usize::from(level).checked_sub(1) else { return Some(range) };
@@ -284,7 +284,7 @@ impl GpuScene {
         Some(MeshRange { first_index, index_count, begin, ..range })
     }
 
-    /// Binds the vertex buffers of some streams, or those of deformed objects.
+    /// Binds the vertex buffers of some streams, of the scene or of deformed objects.
     pub fn bind(&self, device: &Device, cmd: vk::CommandBuffer, streams: &[u32], deformed: bool) {
         for &stream in streams {
             if let Some(own) = self.deformed.as_ref().filter(|_| deformed) {
@@ -323,13 +323,13 @@ impl GpuScene {
     }
 }
 
-/// By mesh of the scene, of those that have some.
+/// Levels of detail by mesh of the scene, for meshes that have any.
 fn levels_of(plan: &MeshPlan) -> BTreeMap<usize, Vec<PlannedLevel>> {
     let leveled = plan.meshes.iter().filter(|mesh| !mesh.levels.is_empty());
     leveled.map(|mesh| (mesh.mesh, mesh.levels.clone())).collect()
 }
 
-/// The meshes of a plan as they lie on the device, where their triangles are numbered; none where they are not.
+/// The meshes of a plan as stored on the device, if their triangles are numbered; none otherwise.
 fn numbered(scene: &Scene, plan: &MeshPlan) -> Vec<NumberedMesh> {
     let own = |planned: &PlannedMesh| NumberedMesh::of(&scene.meshes[planned.mesh], planned.levels.len());
     if plan.numbered { plan.meshes.par_iter().map(own).collect() } else { Vec::new() }
@@ -349,9 +349,9 @@ struct MeshUpload<'a> {
     uploader: &'a mut Uploader,
     scene: &'a Scene,
     plan: &'a MeshPlan,
-    /// In the plan's order; empty where triangles are not numbered.
+    /// Meshes in the plan's order; empty if triangles are not numbered.
     numbered: &'a [NumberedMesh],
-    /// The usage of buffers beside drawing.
+    /// Extra buffer usage besides drawing.
     looked_up: vk::BufferUsageFlags,
 }
 
@@ -439,7 +439,7 @@ impl<'a> MeshUpload<'a> {
         }
     }
 
-    /// None of no bytes.
+    /// Makes a buffer; none for 0 bytes.
     fn buffer(&self, name: &str, bytes: u64, usage: vk::BufferUsageFlags) -> gpu::Result<Option<Buffer>> {
         let usage = usage | vk::BufferUsageFlags::TRANSFER_DST;
         let new = || Buffer::new(self.device, name, bytes, usage, Location::Device, MemoryKind::Geometry);

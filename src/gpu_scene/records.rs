@@ -70,7 +70,7 @@ impl FrameUniform {
         let half_x = half_y * width / height;
         let (right, up, forward) = (camera.right(), camera.up(), camera.forward());
         let grid = Grid::of(plan.size);
-        // The same offset twice, so that projected places and those rebuilt from depth agree.
+        // Both the projection and the view rays get this offset, so that projected positions agree with positions rebuilt from depth.
         let (offset_x, offset_y) =
             (jitter[0] * 2.0 / width + camera.shift.x / half_x, jitter[1] * 2.0 / height - camera.shift.y / half_y);
         let (ambient, ambient_tilt) = world.environment.hemispheres();
@@ -213,7 +213,7 @@ mod tests {
     use crate::plan::samples::{self, vector};
     use crate::scene::{Falloff, LightKind, Material, Projection, Settings};
 
-    /// With something at `place`, relative to the camera.
+    /// The uniform of a scene with an object at `place`, relative to the camera.
     fn uniform_of(camera: &Camera, size: [u32; 2], jitter: [f64; 2], place: DVec3) -> FrameUniform {
         let mut scene = samples::scene(vec![Material::default()], vec![samples::sky()]);
         scene.objects[0].transform.translation = camera.position + place;

@@ -110,7 +110,7 @@ pub struct VisibilityLookup {
     /// An object of each state, and by object its state.
     states: Vec<usize>,
     state_of: Vec<u32>,
-    /// Of the list that they are of; none yet.
+    /// Arrangement number of the instance list that the states belong to; none at first.
     arranged: Option<u64>,
     _pool: DescriptorPool,
 }
@@ -125,7 +125,7 @@ struct PlaceBuffers {
 }
 
 impl VisibilityLookup {
-    /// Of so many frames in flight; none where the plan looks nothing up.
+    /// Makes the buffers of `frames` frames in flight; none if the plan looks nothing up.
     ///
     /// # Errors
     /// When there is no memory for it.

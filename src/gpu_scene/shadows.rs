@@ -45,10 +45,10 @@ const _: () = {
 
 /// Layout of the atlas whenever no map is being drawn.
 pub const ATLAS_LAYOUT: vk::ImageLayout = vk::ImageLayout::DEPTH_STENCIL_READ_ONLY_OPTIMAL;
-/// The same of the tints.
+/// Layout of the tints whenever no map is being drawn.
 pub const TINT_LAYOUT: vk::ImageLayout = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
 
-/// All of the light passes, and there is no transparent surface.
+/// Tint of a texel without transparent surfaces: all light passes.
 const NOTHING_TINTED: [f32; 4] = [1.0, 1.0, 1.0, 0.0];
 
 /// The barriers around an image's first clear.
@@ -62,11 +62,11 @@ pub struct ClearOrder {
     pub sync: SyncVersion,
 }
 
-/// The same of all images.
+/// The clear barriers of all images.
 #[derive(Debug, Clone, Copy)]
 pub struct ClearOrders {
     pub maps: ClearOrder,
-    /// Where there are some.
+    /// Present if the plan has tints.
     pub tints: Option<ClearOrder>,
     /// The layouts of the images.
     pub layouts: Layouts,
@@ -87,7 +87,7 @@ pub struct LayeredImage {
     pub image: Image,
     /// A view of each layer, to draw into.
     pub layers: Vec<Owned<vk::ImageView>>,
-    /// Of all layers: an array for shaders, even of one layer.
+    /// View of all layers: an array for shaders, even with one layer.
     array: Owned<vk::ImageView>,
 }
 
@@ -180,7 +180,7 @@ impl ShadowAtlas {
         self.maps.attachment(clear)
     }
 
-    /// Their tints as attachments, where there are some.
+    /// The tints as attachments, if the plan has any.
     pub fn tints(&self) -> Option<MapAttachment<'_>> {
         let clear = vk::ClearValue { color: vk::ClearColorValue { float32: NOTHING_TINTED } };
         self.tints.as_ref().map(|own| own.attachment(clear))
@@ -228,7 +228,7 @@ impl ShadowAtlas {
 /// An image of maps whose layers are drawn into.
 pub struct MapAttachment<'a> {
     image: &'a Image,
-    /// Of each layer.
+    /// A view of each layer.
     pub views: &'a [Owned<vk::ImageView>],
     /// The value that a map is cleared to.
     pub clear: vk::ClearValue,

@@ -19,7 +19,7 @@ pub struct Sheets {
 }
 
 impl Sheets {
-    /// `None` where there are none.
+    /// Uploads the textures; `None` if `textures` is empty.
     pub(super) fn new(
         device: &Arc<Device>,
         uploader: &mut Uploader,

@@ -18,9 +18,9 @@ use crate::shaders::shared::sky::{ROUGHEST_LEVEL, SKY_DIRECTIONS};
 
 /// Half floats blend, filter and can be stored to everywhere.
 const FORMAT: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
-/// Edge of the mirrored sky's finest level; each further one is half as fine, and a fifth rougher.
+/// Edge of the mirrored sky's finest level; each further level has half the edge, and a fifth more roughness.
 pub const LOBE_EDGE: u32 = 256;
-/// Its levels.
+/// Number of levels of the mirrored sky.
 pub const LOBE_LEVELS: u32 = ROUGHEST_LEVEL as u32 + 1;
 /// Edge of the light that lambert surfaces collect, which is smooth: a cosine over 5.6 degrees bends by 0.1%.
 pub const BASE_EDGE: u32 = 16;
@@ -190,7 +190,7 @@ fn has_directions(plan: &FramePlan) -> bool {
 pub(super) struct DirectionBuffer(Buffer);
 
 impl DirectionBuffer {
-    /// None where no shader names them.
+    /// Makes the buffer; none if no shader reads it.
     pub fn new(device: &Arc<Device>, frame: usize, plan: &FramePlan) -> gpu::Result<Option<Self>> {
         let size = (SKY_DIRECTIONS as usize * size_of::<DirectionRecord>()) as u64;
         let name = format!("sky directions of frame {frame}");

@@ -23,7 +23,7 @@ impl<'a> From<&'a mut Scene> for UploadSource<'a> {
 }
 
 impl UploadSource<'_> {
-    /// Returns the scene, or what is left of it.
+    /// Returns the scene, or its remainder once data has been freed.
     pub fn scene(&self) -> &Scene {
         match self {
             Self::Kept(scene) => scene,
@@ -45,7 +45,7 @@ impl UploadSource<'_> {
         }
     }
 
-    /// Frees the textures, if the scene was given up: those that no plan uploads, too.
+    /// Frees all textures, including textures that no plan uploads, if the scene was given up.
     pub(super) fn forget_textures(&mut self) {
         if let Self::Taken(scene) = self {
             scene.textures = Vec::new();

@@ -64,12 +64,12 @@ fn lights_kind(plan: &FramePlan) -> vk::DescriptorType {
 pub struct ViewBuffers {
     uniform: Buffer,
     lights: Option<Buffer>,
-    /// By binding.
+    /// Storage buffers, by binding.
     lists: Vec<(u32, Buffer)>,
     uv_maps: Option<Buffer>,
     sky_directions: Option<DirectionBuffer>,
     lobes: Option<Buffer>,
-    /// The picture behind glass that the set names.
+    /// The picture behind glass that is bound in the set.
     behind_glass: Option<vk::Buffer>,
     index: usize,
     pub set: vk::DescriptorSet,
@@ -171,7 +171,7 @@ impl ViewBuffers {
         })
     }
 
-    /// The mapping of each texture onto its mesh, where some texture's differs from the mesh's own.
+    /// The mapping of each texture onto its mesh, if some texture's mapping differs from the mesh's own.
     pub fn uv_maps(&self) -> Option<&Buffer> {
         self.uv_maps.as_ref()
     }
@@ -225,13 +225,13 @@ impl ViewBuffers {
         }
     }
 
-    /// Has [`Self::rename`] name the picture behind glass again. A handle does not tell: a new buffer may have that of one that is gone.
+    /// Makes [`Self::rename`] rebind the picture behind glass. Comparing handles is not enough: a new buffer may reuse the handle of a destroyed one.
     #[cfg(feature = "present")]
     pub fn forget_names(&mut self) {
         self.behind_glass = None;
     }
 
-    /// Names the picture behind glass again where it has become another one, as of another size. The frame that used the set before must be done.
+    /// Rebinds the picture behind glass if its buffer has changed, for example with another size. The frame that used the set before must be done.
     pub fn rename(&mut self, device: &Device, [_, behind_glass]: [Option<&Buffer>; 2]) {
         let raw = behind_glass.map(|own| own.raw);
         if let Some(lobes) = self.lobes.as_ref().filter(|_| raw != self.behind_glass) {

@@ -1,7 +1,7 @@
-//! ABERRATION: red and blue of the finished picture, drawn apart as a lens does. A render pass of its own, because each pixel reads others.
+//! ABERRATION: shifts red and blue of the finished picture apart, as a lens does. It needs a separate render pass, because each pixel reads others.
 
 use super::screen::RedrawPass;
-use super::{COLOR_WRITE, ContentsIfFirst, Pass, PassName, Presence, ResourceUse, SAMPLED, needed};
+use super::{COLOR_WRITE, ContentsIfFirst, Endpoint, Pass, Presence, ResourceUse, SAMPLED, needed};
 use crate::gpu::sync::Use;
 use crate::plan::APART;
 use crate::shaders::aberration::{self as shader, Flags, constants};
@@ -12,7 +12,7 @@ pub const PICTURE_READ: Use = SAMPLED;
 pub const APART_WRITE: Use = COLOR_WRITE;
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("ABERRATION"),
+    name: Endpoint::pass("ABERRATION"),
     time: "aberration",
     what: "draws red and blue apart, and so reads other pixels",
     presence: |plan| Presence::when(plan.effects.aberration.is_some(), "asked for", "not asked for"),

@@ -1,10 +1,11 @@
-//! The air between the eye and all that is drawn, for the passes that fill it with light and for those that look through it: its constants, and the light in it.
+//! The air between the eye and everything drawn: the constants and the scattered light, for the passes that compute the light and for the passes that
+//! look through it.
 
 use super::{Resource, ResourceUse, SAMPLED};
 use crate::gpu::sync::Use;
 use crate::plan::{FROXELS, FramePlan};
 
-/// The light in the air, where passes find it: SCATTER makes the buffer, and set 0 names it.
+/// The light in the air: SCATTER makes the buffer, and it is bound in set 0.
 pub const LIGHT: Resource = Resource::Buffers(FROXELS);
 /// Looks it up while it shades fragments.
 pub const LIGHT_READ: Use = SAMPLED;
@@ -17,7 +18,8 @@ macro_rules! froxel_grid {
     }};
 }
 
-/// The constants of every shader that calls `seen_through_air` (`shaders/shared/fogged.wgsl`). `looks`: this pipeline draws what is seen through it.
+/// The constants of every shader that calls `seen_through_air` (`shaders/shared/fogged.wgsl`). `looks`: this pipeline draws surfaces that are seen
+/// through the air.
 macro_rules! air_constants {
     ($plan:expr, $looks:expr) => {{
         let own = [

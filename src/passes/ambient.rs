@@ -1,15 +1,13 @@
 //! AMBIENT: light from everywhere, added to LIGHTING's, in its subpass, where more than half-spheres lights the scene.
 
-use std::sync::Arc;
-
 use ash::vk;
 
-use super::screen::{InputDescriptor, InputSet, Screen, ScreenDesc, add};
+use super::screen::{InputSet, Screen, ScreenDesc, add};
 use super::{
-    FrameContext, Making, Pass, PassName, PassRecorder, Presence, Resource, ResourceUse, SAMPLED, SetLayouts, Slot,
-    frame_data, maps, needed,
+    Endpoint, FrameContext, Making, Pass, PassRecorder, Presence, Resource, ResourceUse, SAMPLED, frame_data, maps,
+    needed,
 };
-use crate::gpu::{self, Device, sync::Use};
+use crate::gpu::{self, sync::Use};
 use crate::gpu_scene::SKY_READ;
 use crate::plan::{FramePlan, Shading};
 use crate::shaders::ambient::{self as shader, Flags, constants};
@@ -18,7 +16,7 @@ use crate::shaders::ambient::{self as shader, Flags, constants};
 pub const MAP_READ: Use = SAMPLED;
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("AMBIENT"),
+    name: Endpoint::pass("AMBIENT"),
     time: "ambient",
     what: "light of the sky on every pixel, added to LIGHTING's",
     presence: |plan| match plan.shading {
@@ -33,7 +31,7 @@ pub const PASS: Pass = Pass {
         [frame_data(), ResourceUse::resource(Resource::SkyLight, SKY_READ)].into_iter().chain(maps).collect()
     },
     leave_out: Some(|settings| settings.sky_light = false),
-    make: Some(|own| Ok(Box::new(AmbientPass::new(own.device, own.plan, own.slot()?, own.layouts, &own.inputs())?))),
+    make: Some(|own| Ok(Box::new(AmbientPass::new(own)?))),
 };
 
 /// The pass: its constants set by the plan.
@@ -46,15 +44,10 @@ pub struct AmbientPass {
 }
 
 impl AmbientPass {
-    /// `inputs` are the G-buffer's views.
-    pub fn new(
-        device: &Arc<Device>,
-        plan: &FramePlan,
-        slot: &Slot,
-        layouts: SetLayouts,
-        inputs: &[InputDescriptor],
-    ) -> gpu::Result<Self> {
-        let inputs = InputSet::new(device, "G-buffer inputs of AMBIENT", inputs)?;
+    fn new(own: &Making) -> gpu::Result<Self> {
+        let &Making { device, layouts, plan, .. } = own;
+        let slot = own.slot()?;
+        let inputs = InputSet::new(device, "G-buffer inputs of AMBIENT", &own.inputs())?;
         let shadows = layouts.shadows.filter(|_| plan.has_sky_shadows());
         let set_layouts: Vec<_> = [layouts.frame, inputs.set_layout.raw].into_iter().chain(shadows).collect();
         let screen = |name, flags| {
@@ -74,10 +67,10 @@ impl AmbientPass {
 
 impl PassRecorder for AmbientPass {
     /// Adds the light. Runs inside LIGHTING's subpass, after all other light.
-    fn record(&self, recording: &FrameContext) {
-        let mut sets = vec![(0, recording.frame_set), (1, self.inputs.set)];
-        sets.extend(recording.shadow_set.filter(|_| self.shadows).map(|set| (2, set)));
-        self.screens.iter().for_each(|screen| screen.record(recording, &sets));
+    fn record(&self, context: &FrameContext) {
+        let mut sets = vec![(0, context.frame_set), (1, self.inputs.set)];
+        sets.extend(context.shadow_set.filter(|_| self.shadows).map(|set| (2, set)));
+        self.screens.iter().for_each(|screen| screen.record(context, &sets));
     }
 
     fn rebind(&mut self, own: &Making) -> gpu::Result<()> {

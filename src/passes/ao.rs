@@ -1,18 +1,16 @@
 //! AO: ambient occlusion on the screen. The share of light from everywhere that surfaces nearby leave to each pixel, or to one of four, from the
 //! stored depth and normals.
 
-use std::sync::Arc;
-
 use ash::vk;
 
-use super::per_pixel::{ImageBinding, PerPixelDesc, PerPixelPass};
-use super::{FrameContext, Making, Pass, PassName, PassRecorder, Presence, ResourceUse, frame_data, needed};
-use crate::gpu::{self, Device, sync::Use};
+use super::per_pixel::PerPixelPass;
+use super::{Endpoint, FrameContext, Making, Pass, PassRecorder, Presence, ResourceUse, frame_data, needed};
+use crate::gpu::{self, sync::Use};
 use crate::plan::{FramePlan, Target, VISIBILITY};
 use crate::scene::AmbientOcclusion;
 use crate::shaders::ao::{self as shader, Flags, constants};
 
-/// Reads depth and normals, those of its pixel and of others.
+/// Reads depth and normals of the pixel and of its neighbours.
 pub const GBUFFER_READ: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_READ);
 /// Writes every texel.
 pub const VISIBILITY_WRITE: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_WRITE);
@@ -20,7 +18,7 @@ pub const VISIBILITY_WRITE: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHAD
 const READS: &str = "reads depth and normals of its pixel and of others";
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("AO"),
+    name: Endpoint::pass("AO"),
     time: "ao",
     what: "what surfaces nearby leave of the light from everywhere, found in the depth buffer",
     presence: |plan| match &plan.effects.ao {
@@ -36,7 +34,7 @@ pub const PASS: Pass = Pass {
         ]
     },
     leave_out: None,
-    make: Some(|own| Ok(Box::new(AoPass::new(own.device, own.plan, own.layouts.frame, &own.images())?))),
+    make: Some(|own| Ok(Box::new(AoPass::new(own)?))),
 };
 
 /// The pass.
@@ -46,27 +44,17 @@ pub struct AoPass {
 }
 
 impl AoPass {
-    /// `images` are depth, normals and the output.
-    pub fn new(
-        device: &Arc<Device>,
-        plan: &FramePlan,
-        frame_layout: vk::DescriptorSetLayout,
-        images: &[ImageBinding],
-    ) -> gpu::Result<Self> {
-        let desc = PerPixelDesc {
-            name: "ao",
-            shader: needed("ao", shader::variant, flags(plan))?,
-            constants: &constants_of(plan),
-            frame_layout,
-        };
-        Ok(Self { pass: PerPixelPass::new(device, &desc, images)?, size: plan.extent_of(VISIBILITY) })
+    fn new(own: &Making) -> gpu::Result<Self> {
+        let shader = needed("ao", shader::variant, flags(own.plan))?;
+        let pass = PerPixelPass::new(own, ("ao", shader), &constants_of(own.plan))?;
+        Ok(Self { pass, size: own.plan.extent_of(VISIBILITY) })
     }
 }
 
 impl PassRecorder for AoPass {
     /// Runs outside any render pass.
-    fn record(&self, recording: &FrameContext) {
-        self.pass.dispatch(recording, self.size);
+    fn record(&self, context: &FrameContext) {
+        self.pass.dispatch(context, self.size);
     }
 
     fn rebind(&mut self, own: &Making) -> gpu::Result<()> {

@@ -1,13 +1,11 @@
-//! AO_DENOISE: the mean of AO's values over those pixels around each that lie in its plane, times the occlusion that the G-buffer has in the albedo's
+//! AO_DENOISE: the mean of AO's values over the coplanar pixels around each pixel, times the occlusion that the G-buffer stores in the albedo's
 //! alpha. LIGHTING and TILED read the product as they read the alpha without AO.
-
-use std::sync::Arc;
 
 use ash::vk;
 
-use super::per_pixel::{ImageBinding, PerPixelDesc, PerPixelPass};
-use super::{Pass, PassName, Presence, ResourceUse, frame_data, needed};
-use crate::gpu::{self, Device, sync::Use};
+use super::per_pixel::PerPixelPass;
+use super::{Endpoint, Pass, Presence, ResourceUse, frame_data, needed};
+use crate::gpu::sync::Use;
 use crate::plan::{FramePlan, Target, VISIBILITY};
 use crate::scene::AmbientOcclusion;
 use crate::shaders::ao_denoise::{self as shader, Flags, constants};
@@ -16,7 +14,7 @@ use crate::shaders::ao_denoise::{self as shader, Flags, constants};
 const GBUFFER_READ: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_READ);
 /// Reads AO's values around its pixel.
 pub const VISIBILITY_READ: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_READ);
-/// Multiplies the occlusion of its own pixel.
+/// Multiplies its own pixel's occlusion.
 pub const ALBEDO_BLEND: Use = Use::new(
     vk::PipelineStageFlags2::COMPUTE_SHADER,
     vk::AccessFlags2::from_raw(vk::AccessFlags2::SHADER_READ.as_raw() | vk::AccessFlags2::SHADER_WRITE.as_raw()),
@@ -28,7 +26,7 @@ pub const ALBEDO: u32 = 3;
 const READS: &str = "reads depth and normal of its pixel";
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("AO_DENOISE"),
+    name: Endpoint::pass("AO_DENOISE"),
     time: "ao denoise",
     what: "what AO found around each pixel in the mean, into the G-buffer's occlusion",
     presence: |plan| {
@@ -45,24 +43,11 @@ pub const PASS: Pass = Pass {
         ]
     },
     leave_out: Some(|settings| settings.ao = AmbientOcclusion::Off),
-    make: Some(|own| Ok(Box::new(new(own.device, own.plan, own.layouts.frame, &own.images())?))),
+    make: Some(|own| {
+        let shader = needed("ao_denoise", shader::variant, flags(own.plan))?;
+        Ok(Box::new(PerPixelPass::new(own, ("ao_denoise", shader), &constants_of(own.plan))?))
+    }),
 };
-
-/// `images` are depth, normals, AO's output, and the albedo as it is stored to.
-pub fn new(
-    device: &Arc<Device>,
-    plan: &FramePlan,
-    frame_layout: vk::DescriptorSetLayout,
-    images: &[ImageBinding],
-) -> gpu::Result<PerPixelPass> {
-    let desc = PerPixelDesc {
-        name: "ao_denoise",
-        shader: needed("ao_denoise", shader::variant, flags(plan))?,
-        constants: &constants_of(plan),
-        frame_layout,
-    };
-    PerPixelPass::new(device, &desc, images)
-}
 
 /// Returns the shader variant of a plan.
 pub(crate) fn flags(plan: &FramePlan) -> Flags {

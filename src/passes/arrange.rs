@@ -1,13 +1,10 @@
 //! ARRANGE: turns the numbers of instances that CULL has counted into places, a work group for each step of depth.
 
-use std::sync::Arc;
-
 use ash::vk;
 
 use super::culling::CullingPipeline;
-use super::{FrameContext, Pass, PassName, PassRecorder, Resource, ResourceUse, culling};
-use crate::gpu::{self, Device, sync::Use};
-use crate::gpu_scene::CullingBuffers;
+use super::{Endpoint, FrameContext, Pass, PassRecorder, Resource, ResourceUse, compute_stage, culling};
+use crate::gpu::sync::Use;
 use crate::shaders::arrange::{self as shader, Flags};
 use crate::visible::STEPS;
 
@@ -17,11 +14,11 @@ pub const COUNT: Use = Use::new(
     vk::AccessFlags2::from_raw(vk::AccessFlags2::SHADER_READ.as_raw() | vk::AccessFlags2::SHADER_WRITE.as_raw()),
 );
 
-/// Writes what the CPU will read.
+/// Writes the counts that the CPU will read.
 pub const FOUND_WRITE: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_WRITE);
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("ARRANGE"),
+    name: Endpoint::pass("ARRANGE"),
     time: "arrange",
     what: "how many instances come before those of each group",
     presence: culling::presence,
@@ -33,25 +30,19 @@ pub const PASS: Pass = Pass {
         ]
     },
     leave_out: None,
-    make: Some(|own| Ok(Box::new(ArrangePass::new(own.device, own.needed(own.culling)?)?))),
+    make: Some(|own| {
+        let stage = compute_stage("arrange", shader::variant, Flags::NONE, &[])?;
+        Ok(Box::new(ArrangePass(CullingPipeline::new(own, "arrange", &stage)?)))
+    }),
 };
 
 /// The pass.
 pub struct ArrangePass(CullingPipeline);
 
-impl ArrangePass {
-    /// # Errors
-    /// When the device cannot compile the pipeline.
-    pub fn new(device: &Arc<Device>, culling: &CullingBuffers) -> gpu::Result<Self> {
-        let entry = shader::variant(Flags::NONE).and_then(|variant| variant.compute());
-        Ok(Self(CullingPipeline::new(device, "arrange", entry, culling)?))
-    }
-}
-
 impl PassRecorder for ArrangePass {
     /// Runs outside any render pass.
-    fn record(&self, recording: &FrameContext) {
-        let Some(culling) = recording.culling else { return };
-        self.0.dispatch(recording, culling, [STEPS as u32, 1]);
+    fn record(&self, context: &FrameContext) {
+        let Some(culling) = context.culling else { return };
+        self.0.dispatch(context, culling, [STEPS as u32, 1]);
     }
 }

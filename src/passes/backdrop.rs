@@ -6,12 +6,12 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::{
-    FrameContext, InputDescriptor, Making, Pass, PassName, PassRecorder, Presence, Resource, ResourceUse, SAMPLED,
-    needed,
+    Endpoint, FrameContext, InputDescriptor, Making, Pass, PassRecorder, Presence, Resource, ResourceUse, SAMPLED,
+    compute_stage,
 };
 use crate::gpu::{
-    self, Buffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter, ShaderStage, binding,
-    compute_pipeline, pipeline_layout, sync::Use,
+    self, Buffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter, binding, compute_pipeline,
+    pipeline_layout, sync::Use,
 };
 use crate::plan::{BACKDROP, FramePlan, Target};
 use crate::shaders::backdrop::{self as shader, Flags, constants};
@@ -24,7 +24,7 @@ pub const LEVELS_WRITE: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, 
 pub const LEVELS: Resource = Resource::Buffers(BACKDROP);
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("BACKDROP"),
+    name: Endpoint::pass("BACKDROP"),
     time: "backdrop",
     what: "the picture behind glass, and the means of its squares",
     presence: |plan| {
@@ -74,12 +74,8 @@ impl BackdropPass {
             [binding(TEXELS, vk::DescriptorType::STORAGE_BUFFER, COMPUTE)].into_iter().chain(images).collect();
         let set_layout = SetLayout::new(device, "backdrop", &bindings)?;
         let layout = pipeline_layout(device, "backdrop", &[set_layout.raw], &[])?;
-        let Some(entry) = needed("backdrop", shader::variant, flags(own.plan))?.compute() else {
-            return Err(gpu::Error::Unsupported("backdrop.wgsl has no compute entry".into()));
-        };
         let constants = [(constants::LARGEST, own.plan.largest_shown().to_bits())];
-        let stage =
-            ShaderStage { spirv: entry.spirv.words(), entry: entry.name, stage: COMPUTE, constants: &constants };
+        let stage = compute_stage("backdrop", shader::variant, flags(own.plan), &constants)?;
         let pipeline = compute_pipeline(device, "backdrop", &stage, layout.raw)?;
         let levels = buffer(own)?;
         let (pool, set) = bound(device, &set_layout, &levels, &inputs)?;
@@ -89,9 +85,9 @@ impl BackdropPass {
 
 impl PassRecorder for BackdropPass {
     /// Runs outside any render pass.
-    fn record(&self, recording: &FrameContext) {
-        let (raw, cmd, point) = (&recording.device.raw, recording.cmd, vk::PipelineBindPoint::COMPUTE);
-        let [across, down] = recording.size.map(|edge| edge.div_ceil(TILE));
+    fn record(&self, context: &FrameContext) {
+        let (raw, cmd, point) = (&context.device.raw, context.cmd, vk::PipelineBindPoint::COMPUTE);
+        let [across, down] = context.size.map(|edge| edge.div_ceil(TILE));
         // SAFETY: `cmd` is being recorded outside a render pass; the set is that of the layout, and the pass owns all of it and outlives the submission. The shader
         // looks at no texel outside its images, and the buffer has room for all levels.
         unsafe {

@@ -1,10 +1,10 @@
-//! BLOOM and SPREAD: light that spreads around where it comes from, by levels that are ever coarser. BLOOM takes the picture's light to half its
-//! size. SPREAD goes on to the widest level, and back up again, where each level takes its share of the wider ones' light. TONEMAP takes the
-//! picture's share of the first level.
+//! BLOOM and SPREAD: light that spreads around its source, by ever coarser levels. BLOOM takes the picture's light to half its size. SPREAD goes on
+//! to the widest level, and back up again, where each level takes its share of the wider ones' light. TONEMAP takes the picture's share of the first
+//! level.
 //!
-//! The levels are in single floats. Half floats would do for the eye, but a driver may truncate when it packs them, and a loss of 2^-11 at each step
-//! down and up is more than the energy may change. No light is weighed down for being bright, as Karis's average does against single bright pixels:
-//! that would lose energy, and here such a pixel spreads as all others do.
+//! The levels are in single floats. Half floats would be enough for the eye, but a driver may truncate when it packs them, and a loss of 2^-11 at
+//! each step down and up exceeds the allowed change of energy. Single bright pixels are not weighted down as in Karis's average: that would lose
+//! energy, and here a bright pixel spreads like any other.
 
 use std::sync::Arc;
 
@@ -12,11 +12,11 @@ use ash::vk;
 use bytemuck::{Pod, Zeroable};
 
 use super::{
-    FrameContext, InputDescriptor, Making, Pass, PassName, PassRecorder, Presence, Resource, ResourceUse, needed,
+    Endpoint, FrameContext, InputDescriptor, Making, Pass, PassRecorder, Presence, Resource, ResourceUse, compute_stage,
 };
 use crate::gpu::{
-    self, Buffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter, ShaderStage, binding,
-    compute_pipeline, pipeline_layout, sync::Use,
+    self, Buffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter, binding, compute_pipeline,
+    pipeline_layout, sync::Use,
 };
 use crate::plan::{BLOOM_LEVELS, BloomLevel, BloomPlan as Planned, FramePlan, Target};
 use crate::shaders::bloom::{self as shader, Flags, constants};
@@ -30,7 +30,7 @@ pub const LEVEL_READ: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk
 pub const LEVEL_WRITE: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_WRITE);
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("BLOOM"),
+    name: Endpoint::pass("BLOOM"),
     time: "bloom",
     what: "the picture's light at half its size",
     presence,
@@ -54,7 +54,7 @@ pub const PASS: Pass = Pass {
 
 /// The other steps.
 pub const SPREAD: Pass = Pass {
-    place: PassName::pass("SPREAD"),
+    name: Endpoint::pass("SPREAD"),
     time: "spread",
     what: "spreads light, down to wider levels and up again",
     presence,
@@ -137,8 +137,8 @@ enum BloomStage {
 }
 
 impl PassRecorder for BloomPass {
-    fn record(&self, recording: &FrameContext) {
-        self.steps.record(recording);
+    fn record(&self, context: &FrameContext) {
+        self.steps.record(context);
     }
 
     fn rebind(&mut self, own: &Making) -> gpu::Result<()> {
@@ -152,8 +152,8 @@ impl PassRecorder for BloomPass {
 }
 
 impl PassRecorder for SpreadPass {
-    fn record(&self, recording: &FrameContext) {
-        self.0.record(recording);
+    fn record(&self, context: &FrameContext) {
+        self.0.record(context);
     }
 
     fn rebind(&mut self, own: &Making) -> gpu::Result<()> {
@@ -177,11 +177,7 @@ impl Steps {
         let layout = pipeline_layout(device, "bloom", &[set_layout.raw], &[range])?;
         let constants = [(constants::TAPS, planned.taps), (constants::LARGEST, plan.largest_shown().to_bits())];
         let pipeline = |&kind: &BloomStage| {
-            let Some(entry) = needed("bloom", shader::variant, flags(plan, kind))?.compute() else {
-                return Err(gpu::Error::Unsupported("bloom.wgsl has no compute entry".into()));
-            };
-            let stage =
-                ShaderStage { spirv: entry.spirv.words(), entry: entry.name, stage: COMPUTE, constants: &constants };
+            let stage = compute_stage("bloom", shader::variant, flags(plan, kind), &constants)?;
             Ok((kind, compute_pipeline(device, "bloom", &stage, layout.raw)?))
         };
         let pipelines = kinds.iter().map(pipeline).collect::<gpu::Result<Vec<_>>>()?;
@@ -200,15 +196,15 @@ impl Steps {
     }
 
     /// Runs outside any render pass.
-    fn record(&self, recording: &FrameContext) {
-        let (raw, cmd, point) = (&recording.device.raw, recording.cmd, vk::PipelineBindPoint::COMPUTE);
+    fn record(&self, context: &FrameContext) {
+        let (raw, cmd, point) = (&context.device.raw, context.cmd, vk::PipelineBindPoint::COMPUTE);
         // SAFETY: `cmd` is being recorded outside a render pass; the set is of the layout.
         unsafe { raw.cmd_bind_descriptor_sets(cmd, point, self.layout.raw, 0, &[self.set], &[]) };
         for (index, (kind, push, extent)) in self.all.iter().enumerate() {
             let Some((_, pipeline)) = self.pipelines.iter().find(|(own, _)| own == kind) else { continue };
             if index > 0 {
                 // A step reads the level that the step before it wrote.
-                (recording.between)();
+                (context.between)();
             }
             // SAFETY: as above, with the set bound; the push constants are those of the layout. The pass owns all of it and outlives the submission,
             // and the buffer has room for all levels.

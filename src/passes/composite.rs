@@ -1,13 +1,11 @@
 //! COMPOSITE: lays the sums of weighted blending over the picture, as one layer.
 
-use std::sync::Arc;
-
-use super::screen::{InputDescriptor, InputSet, Screen, ScreenDesc, over};
+use super::screen::{InputSet, Screen, ScreenDesc, over};
 use super::{
-    COLOR_BLEND, ContentsIfFirst, FrameContext, INPUT_READ, Making, Pass, PassName, PassRecorder, Presence,
-    ResourceUse, Slot, needed,
+    COLOR_BLEND, ContentsIfFirst, Endpoint, FrameContext, INPUT_READ, Making, Pass, PassRecorder, Presence,
+    ResourceUse, needed,
 };
-use crate::gpu::{self, Device, sync::Use};
+use crate::gpu::{self, sync::Use};
 use crate::plan::{FramePlan, OitTargets, Target};
 use crate::shaders::composite::{self as shader, Flags, constants};
 
@@ -17,7 +15,7 @@ pub const SUM_READ: Use = INPUT_READ;
 pub const LIGHT_BLEND: Use = COLOR_BLEND;
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("COMPOSITE"),
+    name: Endpoint::pass("COMPOSITE"),
     time: "composite",
     what: "what was summed up without sorting, over the light",
     presence: |plan| {
@@ -32,7 +30,7 @@ pub const PASS: Pass = Pass {
         ]
     },
     leave_out: None,
-    make: Some(|own| Ok(Box::new(CompositePass::new(own.device, own.plan, own.slot()?, &own.inputs())?))),
+    make: Some(|own| Ok(Box::new(CompositePass::new(own)?))),
 };
 
 /// The pass.
@@ -42,15 +40,15 @@ pub struct CompositePass {
 }
 
 impl CompositePass {
-    /// `inputs` are the sums.
-    pub fn new(device: &Arc<Device>, plan: &FramePlan, slot: &Slot, inputs: &[InputDescriptor]) -> gpu::Result<Self> {
-        let inputs = InputSet::new(device, "sums of transparent surfaces", inputs)?;
+    fn new(own: &Making) -> gpu::Result<Self> {
+        let &Making { device, plan, .. } = own;
+        let inputs = InputSet::new(device, "sums of transparent surfaces", &own.inputs())?;
         let shader = needed("composite", shader::variant, flags(plan))?;
         let screen = Screen::multisampled(
             device,
             &ScreenDesc {
                 name: "composite",
-                slot,
+                slot: own.slot()?,
                 shader,
                 constants: &[
                     (constants::LARGEST, plan.largest_light().to_bits()),
@@ -69,8 +67,8 @@ impl CompositePass {
 
 impl PassRecorder for CompositePass {
     /// Lays the layer over the picture. Runs inside its subpass.
-    fn record(&self, recording: &FrameContext) {
-        self.screen.record(recording, &[(0, self.inputs.set)]);
+    fn record(&self, context: &FrameContext) {
+        self.screen.record(context, &[(0, self.inputs.set)]);
     }
 
     fn rebind(&mut self, own: &Making) -> gpu::Result<()> {

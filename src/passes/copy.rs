@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::{Pass, PassName, Presence, Resource, ResourceUse, UseKind, shown};
+use super::{Endpoint, Pass, Presence, Resource, ResourceUse, UseKind, shown};
 use crate::gpu::{
     self, Buffer, Device, Location, MemoryKind,
     sync::{Layouts, Use},
@@ -19,7 +19,7 @@ pub const WRITE: Use = Use::new(vk::PipelineStageFlags2::COPY, vk::AccessFlags2:
 pub const HOST_READ: Use = Use::new(vk::PipelineStageFlags2::HOST, vk::AccessFlags2::HOST_READ);
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("COPY"),
+    name: Endpoint::pass("COPY"),
     time: "copy",
     what: "brings the picture to the CPU, when one is asked for",
     presence: |_| Presence::In("only when a picture is read back".into()),

@@ -1,25 +1,22 @@
-//! CULL: which opaque instances are in view, in which step of depth each of them is, and how many come before it in its group. The first of three
-//! passes by which the device finds out what is drawn: ARRANGE and FILL put it into the order in which the CPU would draw it.
-
-use std::sync::Arc;
+//! CULL: which opaque instances are in view, in which step of depth each of them is, and how many come before it in its group. It is the first of
+//! three culling passes on the device: ARRANGE and FILL put the visible instances into the order in which the CPU would draw them.
 
 use ash::vk;
 
 use super::culling::CullingPipeline;
-use super::{FrameContext, Pass, PassName, PassRecorder, Resource, ResourceUse, culling};
-use crate::gpu::{self, Device, sync::Use};
-use crate::gpu_scene::CullingBuffers;
+use super::{Endpoint, FrameContext, Pass, PassRecorder, Resource, ResourceUse, compute_stage, culling};
+use crate::gpu::sync::Use;
 use crate::shaders::cull::{self as shader, Flags};
 
 /// Reads the CPU's data.
 pub const LIST_READ: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_READ);
 /// Looks into the pyramid of depths.
 pub const PYRAMID_READ: Use = LIST_READ;
-/// Writes what it finds.
+/// Writes the visibility marks and counts.
 pub const MARK_WRITE: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_WRITE);
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("CULL"),
+    name: Endpoint::pass("CULL"),
     time: "cull",
     what: "which instances are in view, and in which step of depth",
     presence: culling::presence,
@@ -34,26 +31,21 @@ pub const PASS: Pass = Pass {
         lists.into_iter().chain(pyramid).collect()
     },
     leave_out: None,
-    make: Some(|own| Ok(Box::new(CullPass::new(own.device, own.needed(own.culling)?)?))),
+    make: Some(|own| {
+        let culling = own.needed(own.culling)?;
+        let flags = Flags::HIDES.when(culling.hides()) | Flags::LEVELS.when(culling.has_levels());
+        let stage = compute_stage("cull", shader::variant, flags, &[])?;
+        Ok(Box::new(CullPass(CullingPipeline::new(own, "cull", &stage)?)))
+    }),
 };
 
 /// The pass.
 pub struct CullPass(CullingPipeline);
 
-impl CullPass {
-    /// # Errors
-    /// When the device cannot compile the pipeline.
-    pub fn new(device: &Arc<Device>, culling: &CullingBuffers) -> gpu::Result<Self> {
-        let entry = shader::variant(Flags::HIDES.when(culling.hides()) | Flags::LEVELS.when(culling.has_levels()))
-            .and_then(|variant| variant.compute());
-        Ok(Self(CullingPipeline::new(device, "cull", entry, culling)?))
-    }
-}
-
 impl PassRecorder for CullPass {
     /// Runs outside any render pass.
-    fn record(&self, recording: &FrameContext) {
-        let Some(culling) = recording.culling else { return };
-        self.0.dispatch(recording, culling, culling.groups());
+    fn record(&self, context: &FrameContext) {
+        let Some(culling) = context.culling else { return };
+        self.0.dispatch(context, culling, culling.groups());
     }
 }

@@ -1,16 +1,11 @@
 //! Shared by CULL, ARRANGE and FILL, and by the passes before them that find occluded objects.
 
-use std::sync::Arc;
-
 use ash::vk;
 
-use super::{FrameContext, Presence};
-use crate::gpu::{self, Device, Owned, ShaderStage, compute_pipeline, pipeline_layout};
+use super::{FrameContext, Making, Presence};
+use crate::gpu::{self, Owned, ShaderStage, compute_pipeline, pipeline_layout};
 use crate::gpu_scene::CullingBuffers;
 use crate::plan::FramePlan;
-use crate::shaders::EntryPoint;
-
-const COMPUTE: vk::ShaderStageFlags = vk::ShaderStageFlags::COMPUTE;
 
 /// Tells if the device culls, and why.
 pub fn presence(plan: &FramePlan) -> Presence {
@@ -29,25 +24,16 @@ pub struct CullingPipeline {
 }
 
 impl CullingPipeline {
-    pub fn new(
-        device: &Arc<Device>,
-        name: &str,
-        entry: Option<&EntryPoint>,
-        culling: &CullingBuffers,
-    ) -> gpu::Result<Self> {
-        let Some(entry) = entry else {
-            return Err(gpu::Error::Unsupported(format!("{name}.wgsl has no compute entry")));
-        };
-        let layout = pipeline_layout(device, name, &[culling.set_layout.raw], &[])?;
-        let stage = ShaderStage { spirv: entry.spirv.words(), entry: entry.name, stage: COMPUTE, constants: &[] };
-        let pipeline = compute_pipeline(device, name, &stage, layout.raw)?;
+    pub fn new(own: &Making, name: &str, stage: &ShaderStage) -> gpu::Result<Self> {
+        let layout = pipeline_layout(own.device, name, &[own.needed(own.culling)?.set_layout.raw], &[])?;
+        let pipeline = compute_pipeline(own.device, name, stage, layout.raw)?;
         Ok(Self { layout, pipeline })
     }
 
     /// So many work groups across and down.
-    pub fn dispatch(&self, recording: &FrameContext, culling: &CullingBuffers, [across, down]: [u32; 2]) {
-        let (raw, cmd, point) = (&recording.device.raw, recording.cmd, vk::PipelineBindPoint::COMPUTE);
-        let set = culling.set(recording.place);
+    pub fn dispatch(&self, context: &FrameContext, culling: &CullingBuffers, [across, down]: [u32; 2]) {
+        let (raw, cmd, point) = (&context.device.raw, context.cmd, vk::PipelineBindPoint::COMPUTE);
+        let set = culling.set(context.in_flight);
         // SAFETY: `cmd` is being recorded outside a render pass; the set is of the layout. The buffers in it live until the frame is done, and no
         // work group looks beyond their content.
         unsafe {

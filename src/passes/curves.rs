@@ -9,7 +9,7 @@ pub fn tone_map(color: Vec3, curve: Tonemap) -> Vec3 {
     tone_map_up_to(1.0, color, curve)
 }
 
-/// The same for a display that shows more than white: 0 to `headroom`, in units of white.
+/// Variant of `tone_map` for a display that shows more than white: 0 to `headroom`, in units of white.
 pub fn tone_map_up_to(headroom: f32, color: Vec3, curve: Tonemap) -> Vec3 {
     let shown = |color: Vec3| color.clamp(Vec3::ZERO, Vec3::splat(headroom));
     match curve {
@@ -191,7 +191,7 @@ mod tests {
     }
 
     proptest! {
-        /// The certified cut-off of lights rests on it: light that is dropped moves the encoded output by at most so many times itself.
+        /// The certified cut-off of lights rests on this bound: dropped light changes the encoded output by at most `steepest(curve)` times itself.
         #[test]
         fn no_curve_is_steeper_than_the_plan_takes_it_to_be(
             exponents in [-6.0..1.5f32, -6.0..1.5, -6.0..1.5], black in 0..8u8, share in [0.0..=1.0f32, 0.0..=1.0, 0.0..=1.0],

@@ -12,19 +12,19 @@ use crate::scene::Settings;
 
 /// A pass of the frame.
 pub struct Pass {
-    /// Its name in rows, captures and reports: that of its file, in capitals.
-    pub place: PassName,
-    /// The name of its time in tables. Passes that do the same work in different frames share one, to be compared.
+    /// Name in rows, captures and reports: the file's name in capitals.
+    pub name: Endpoint,
+    /// Name of the pass's time in tables. Passes that do the same work in different frames share a name, so that they can be compared.
     pub time: &'static str,
-    /// Its work, in a few words.
+    /// The work of the pass, in a few words.
     pub what: &'static str,
-    /// Tells if a plan's frames have it.
+    /// Decides whether a plan's frames have the pass.
     pub presence: fn(&FramePlan) -> Presence,
-    /// The resources that it reads and writes, in a frame that has it.
+    /// Resources that the pass reads and writes, in frames that have it.
     pub touches: fn(&FramePlan) -> Vec<ResourceUse>,
-    /// Changes settings so that they leave it out; `None` for a pass that no setting alone decides.
+    /// Changes settings so that they leave the pass out; `None` for a pass that no single setting decides.
     pub leave_out: Option<fn(&mut Settings)>,
-    /// Makes its object; `None` for a pass that is recorded outside of the renderer's own part of a frame.
+    /// Makes the pass's object; `None` for a pass that is recorded outside of the renderer's own part of a frame.
     pub make: Option<Make>,
 }
 
@@ -43,12 +43,12 @@ pub enum Presence {
 }
 
 impl Presence {
-    /// In if `is_in`, with the reason for that.
+    /// `In` if `is_in`, with the reason `why`; otherwise `Out` with `why_not`.
     pub fn when(is_in: bool, why: &str, why_not: &str) -> Self {
         if is_in { Self::In(why.into()) } else { Self::Out(why_not.into()) }
     }
 
-    /// In where the plan has a part, with the part's own words for it.
+    /// `In` if the plan has the part, with the part's own description as the reason.
     pub fn of(part: Option<&impl fmt::Display>, why_not: &str) -> Self {
         part.map_or_else(|| Self::Out(why_not.into()), |own| Self::In(own.to_string()))
     }
@@ -60,12 +60,12 @@ impl Presence {
 
 /// The place of a use: a pass, or something outside the frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct PassName {
+pub struct Endpoint {
     name: &'static str,
     is_pass: bool,
 }
 
-impl PassName {
+impl Endpoint {
     /// Before or after the span that a row belongs to, in this frame or another.
     pub const OUTSIDE: Self = Self::beside("OUTSIDE");
     /// Copies out of staging buffers, and blits from level to level of a texture.
@@ -96,13 +96,13 @@ impl PassName {
         self.is_pass
     }
 
-    /// In capitals, as rows and reports print it: `LIGHTING`.
+    /// Returns the name in capitals, as rows and reports print it: `LIGHTING`.
     pub const fn name(self) -> &'static str {
         self.name
     }
 }
 
-impl fmt::Display for PassName {
+impl fmt::Display for Endpoint {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name)
     }
@@ -139,7 +139,7 @@ pub enum Resource {
     Buffers(BufferName),
     /// A buffer that this frame writes for the next one.
     Kept(BufferName),
-    /// The same of the frame before.
+    /// The buffer that the previous frame wrote for this one.
     KeptBefore(BufferName),
     /// The CPU's data for each frame: camera, lights, lists, instances, sorted indices.
     FrameData,
@@ -151,18 +151,18 @@ pub enum Resource {
     Staging,
 }
 
-/// The images of shadow maps. A map is a part of each of them. It is drawn in a render pass of its own, and kept for later frames.
+/// The images of shadow maps. A map is a part of each of them. Each map is drawn in a separate render pass, and kept for later frames.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum MapImage {
     Depth,
-    /// What transparent surfaces let through of the lights.
+    /// The share of light that transparent surfaces let through.
     Tints,
 }
 
 impl Resource {
     /// The depth of all shadow maps.
     pub const SHADOW_MAPS: Self = Self::Maps(MapImage::Depth);
-    /// Their tints.
+    /// The tints of all shadow maps.
     pub const SHADOW_TINTS: Self = Self::Maps(MapImage::Tints);
 }
 
@@ -239,7 +239,7 @@ pub enum UseKind {
     },
     /// The resolve target of the samples that the subpass draws.
     Resolve,
-    /// An image that shaders load or sample anywhere: also at the pixel's neighbours, so no subpass reads so what its own render pass draws.
+    /// An image that shaders load or sample anywhere, also at the pixel's neighbours. So no subpass can read its own render pass's output this way.
     Sampled {
         binding: u32,
     },
@@ -290,7 +290,7 @@ impl ResourceUse {
         self.because("") == other.because("")
     }
 
-    /// Says what the pass does with the resource.
+    /// Sets the reason for which the pass uses the resource.
     pub const fn because(self, why: &'static str) -> Self {
         Self { why, ..self }
     }
@@ -305,7 +305,7 @@ impl ResourceUse {
         Self::depth_of(Target::Depth, first, uses)
     }
 
-    /// The same of this target.
+    /// Variant of [`Self::depth`] for this depth target.
     pub const fn depth_of(target: Target, first: ContentsIfFirst, uses: Use) -> Self {
         Self::target(target, UseKind::Depth { first }, uses)
     }
@@ -325,7 +325,7 @@ impl ResourceUse {
         Self::target(target, UseKind::Storage { binding }, uses)
     }
 
-    /// Reads what is no target in a shader, or writes it where `uses` writes.
+    /// Reads a resource that is not a target in a shader, or writes it if `uses` writes.
     pub const fn resource(resource: Resource, uses: Use) -> Self {
         let how = match resource {
             Resource::Maps(_) | Resource::Textures | Resource::SkyLight | Resource::PanelTextures => {
@@ -350,7 +350,7 @@ impl ResourceUse {
         matches!(self.resource, Resource::Target(Target::Depth | Target::Occluders) | Resource::SHADOW_MAPS)
     }
 
-    /// The use that loads it where it is an attachment: depth in EARLY_FRAGMENT_TESTS, colour in COLOR_ATTACHMENT_OUTPUT.
+    /// The load operation's use, for an attachment: depth in EARLY_FRAGMENT_TESTS, colour in COLOR_ATTACHMENT_OUTPUT.
     pub(crate) fn load(&self) -> Use {
         use vk::{AccessFlags2 as A, PipelineStageFlags2 as S};
         match self.is_depth() {
@@ -359,7 +359,7 @@ impl ResourceUse {
         }
     }
 
-    /// The same in frames of a plan: with its layouts, and with the masks of its API.
+    /// Adapts the use to a plan: its layouts, and the masks of its API.
     pub(crate) fn in_frames_of(self, plan: &FramePlan) -> Self {
         let uses = match plan.sync {
             SyncVersion::One => self.uses.coarse(),

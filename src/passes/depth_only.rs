@@ -2,15 +2,14 @@
 //! anyway. So are points and lines, which hide next to nothing.
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
 
 use ash::vk;
 
 use super::screen::stages;
-use super::{FrameContext, MeshDraws, Slot, needed};
-use crate::gpu::{self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, pipeline_layout};
+use super::{FrameContext, Making, MeshDraws, needed};
+use crate::gpu::{self, DepthState, GraphicsPipeline, GraphicsPipelineDesc, Owned, pipeline_layout};
 use crate::gpu_scene::{POSITION, ROWS, vertex_input};
-use crate::plan::{Extras, FramePlan, GeometryKey};
+use crate::plan::{Extras, GeometryKey};
 use crate::shaders::depth::{self as shader, Flags};
 use crate::visible::Draw;
 
@@ -18,7 +17,7 @@ use crate::visible::Draw;
 type CullModeKey = (bool, bool);
 
 fn cull_key(key: &GeometryKey) -> CullModeKey {
-    // With both faces drawn, the winding of the front does not matter.
+    // Two-sided pipelines cull nothing, so the winding does not matter.
     (key.two_sided, key.mirrored && !key.two_sided)
 }
 
@@ -30,14 +29,9 @@ pub struct DepthOnly {
 
 impl DepthOnly {
     /// `colors`: the colour locations of the subpass, none of which is written.
-    pub fn new(
-        device: &Arc<Device>,
-        plan: &FramePlan,
-        (name, slot): (&str, &Slot),
-        frame_layout: vk::DescriptorSetLayout,
-        colors: u32,
-    ) -> gpu::Result<Self> {
-        let layout = pipeline_layout(device, &format!("{name} layout"), &[frame_layout], &[])?;
+    pub fn new(own: &Making, name: &str, colors: u32) -> gpu::Result<Self> {
+        let &Making { device, plan, .. } = own;
+        let layout = pipeline_layout(device, &format!("{name} layout"), &[own.layouts.frame], &[])?;
         let variant = needed("depth", shader::variant, Flags::NONE)?;
         let (vertex_bindings, vertex_attributes) =
             vertex_input(&[POSITION, ROWS, ROWS + 1, ROWS + 2], Extras::default());
@@ -64,7 +58,7 @@ impl DepthOnly {
                     blend: &blend,
                     samples: plan.sample_count(),
                     layout: layout.raw,
-                    place: slot,
+                    place: own.slot()?,
                 },
             )?;
             pipelines.insert((two_sided, mirrored), pipeline);
@@ -73,20 +67,20 @@ impl DepthOnly {
     }
 
     /// Draws the opaque objects of some instances. Runs inside the subpass of the pipelines.
-    pub fn record(&self, recording: &FrameContext, draws: &[Draw]) {
-        recording.set_area();
-        let mut meshes = MeshDraws::new(recording, &[POSITION]);
-        recording.bind_set(self.layout.raw, 0, recording.frame_set);
+    pub fn record(&self, context: &FrameContext, draws: &[Draw]) {
+        context.set_area();
+        let mut meshes = MeshDraws::new(context, &[POSITION]);
+        context.bind_set(self.layout.raw, 0, context.frame_set);
         let mut bound = None;
         for draw in draws {
-            let object = &recording.world.objects[draw.object];
+            let object = &context.world.objects[draw.object];
             // There is one for each opaque key of the plan.
             let Some(pipeline) = self.pipelines.get(&cull_key(&object.key)).filter(|_| object.key.is_in_prepass())
             else {
                 continue;
             };
             if bound != Some(pipeline.raw) {
-                recording.bind_pipeline(pipeline.raw);
+                context.bind_pipeline(pipeline.raw);
                 bound = Some(pipeline.raw);
             }
             meshes.draw(object, draw.level, None, draw.instances());

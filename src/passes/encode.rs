@@ -1,5 +1,5 @@
-//! ENCODE: a window's picture into images that no hardware encodes: those of more than 8 bits, those that take more than white, and plain ones
-//! that cannot be viewed as sRGB. It exists only for them: elsewhere the last pass draws straight into the swapchain's image.
+//! ENCODE: writes a window's picture into images without hardware sRGB encoding: images of more than 8 bits, images that take more than white, and
+//! plain ones that cannot be viewed as sRGB. It exists only for such images: otherwise the last pass draws straight into the swapchain's image.
 
 use std::sync::Arc;
 
@@ -7,7 +7,7 @@ use ash::vk;
 
 use super::screen::{Screen, ScreenDesc, WindowPass, replace};
 use super::{
-    COLOR_WRITE, ContentsIfFirst, NO_WINDOW, Pass, PassName, Presence, Resource, ResourceUse, SAMPLED, Slot, UseKind,
+    COLOR_WRITE, ContentsIfFirst, Endpoint, NO_WINDOW, Pass, Presence, Resource, ResourceUse, SAMPLED, Slot, UseKind,
     needed, shown,
 };
 use crate::gpu::{
@@ -23,7 +23,7 @@ pub const READ: Use = SAMPLED;
 pub const WRITE: Use = COLOR_WRITE;
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("ENCODE"),
+    name: Endpoint::pass("ENCODE"),
     time: "encode",
     what: "brings the picture into an image of the swapchain that no hardware encodes",
     presence: |plan| {
@@ -46,7 +46,7 @@ pub const PASS: Pass = Pass {
     make: None,
 };
 
-/// The brightness of white in nits, where a display is told how bright it is: that of reference white (ITU-R BT.2408, "Guidance for operational
+/// Brightness of white in nits on displays that are told absolute brightness: the reference white (ITU-R BT.2408, "Guidance for operational
 /// practices in HDR television production").
 pub const WHITE_NITS: f32 = 203.0;
 
@@ -58,12 +58,12 @@ pub struct Encode {
     transfer: Transfer,
     screen: Screen,
     set_layout: SetLayout,
-    /// None before there is a picture.
+    /// Absent until there is a picture.
     picture: Option<(DescriptorPool, vk::DescriptorSet)>,
 }
 
 impl Encode {
-    /// For images of this format.
+    /// Makes the pass for images of `format`.
     pub fn new(
         device: &Arc<Device>,
         format: vk::Format,

@@ -1,13 +1,10 @@
 //! FILL: writes the rows of the instances that are seen, in the order in which they are drawn, and the commands that draw them.
 
-use std::sync::Arc;
-
 use ash::vk;
 
 use super::culling::CullingPipeline;
-use super::{FrameContext, Pass, PassName, PassRecorder, Resource, ResourceUse, culling};
-use crate::gpu::{self, Device, sync::Use};
-use crate::gpu_scene::CullingBuffers;
+use super::{Endpoint, FrameContext, Pass, PassRecorder, Resource, ResourceUse, compute_stage, culling};
+use crate::gpu::sync::Use;
 use crate::shaders::fill::{self as shader, Flags};
 
 /// Reads the CPU's data.
@@ -18,7 +15,7 @@ pub const COUNT_READ: Use = LIST_READ;
 pub const DRAW_WRITE: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_WRITE);
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("FILL"),
+    name: Endpoint::pass("FILL"),
     time: "fill",
     what: "rows of the instances that are seen, and the commands that draw them",
     presence: culling::presence,
@@ -30,25 +27,20 @@ pub const PASS: Pass = Pass {
         ]
     },
     leave_out: None,
-    make: Some(|own| Ok(Box::new(FillPass::new(own.device, own.needed(own.culling)?)?))),
+    make: Some(|own| {
+        let culling = own.needed(own.culling)?;
+        let stage = compute_stage("fill", shader::variant, Flags::LOOKS.when(culling.has_looks()), &[])?;
+        Ok(Box::new(FillPass(CullingPipeline::new(own, "fill", &stage)?)))
+    }),
 };
 
 /// The pass.
 pub struct FillPass(CullingPipeline);
 
-impl FillPass {
-    /// # Errors
-    /// When the device cannot compile the pipeline.
-    pub fn new(device: &Arc<Device>, culling: &CullingBuffers) -> gpu::Result<Self> {
-        let entry = shader::variant(Flags::LOOKS.when(culling.has_looks())).and_then(|variant| variant.compute());
-        Ok(Self(CullingPipeline::new(device, "fill", entry, culling)?))
-    }
-}
-
 impl PassRecorder for FillPass {
     /// Runs outside any render pass.
-    fn record(&self, recording: &FrameContext) {
-        let Some(culling) = recording.culling else { return };
-        self.0.dispatch(recording, culling, culling.groups());
+    fn record(&self, context: &FrameContext) {
+        let Some(culling) = context.culling else { return };
+        self.0.dispatch(context, culling, culling.groups());
     }
 }

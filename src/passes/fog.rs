@@ -1,16 +1,14 @@
-//! FOG: the light that the air takes from each pixel's, and the light that it scatters to the eye, in a subpass of its own after the one that lights
-//! opaque surfaces.
-
-use std::sync::Arc;
+//! FOG: attenuates each pixel's light by the air, and adds the light that the air scatters to the eye, in a separate subpass after the one that
+//! lights opaque surfaces.
 
 use ash::vk;
 
-use super::screen::{InputDescriptor, InputSet, Screen, ScreenDesc, add, replace};
+use super::screen::{InputSet, Screen, ScreenDesc, add, replace};
 use super::{
-    COLOR_BLEND, ContentsIfFirst, FrameContext, INPUT_READ, Making, Pass, PassName, PassRecorder, Presence,
-    ResourceUse, SetLayouts, Slot, air, frame_data, needed,
+    COLOR_BLEND, ContentsIfFirst, Endpoint, FrameContext, INPUT_READ, Making, Pass, PassRecorder, Presence,
+    ResourceUse, air, frame_data, needed,
 };
-use crate::gpu::{self, Device, sync::Use};
+use crate::gpu::{self, sync::Use};
 use crate::plan::{FramePlan, Target};
 use crate::scene::Fog;
 use crate::shaders::fog::{self as shader, Flags, constants};
@@ -21,7 +19,7 @@ pub const DEPTH_READ: Use = INPUT_READ;
 pub const LIGHT_BLEND: Use = COLOR_BLEND;
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("FOG"),
+    name: Endpoint::pass("FOG"),
     time: "fog",
     what: "what the air takes of the light, and what it scatters to the eye",
     presence: |plan| match &plan.effects.fog {
@@ -39,7 +37,7 @@ pub const PASS: Pass = Pass {
         own.into_iter().chain(air::touch(plan)).collect()
     },
     leave_out: Some(|settings| settings.fog = Fog::Off),
-    make: Some(|own| Ok(Box::new(FogPass::new(own.device, own.plan, own.slot()?, own.layouts, &own.inputs())?))),
+    make: Some(|own| Ok(Box::new(FogPass::new(own)?))),
 };
 
 /// The pass: its constants set by the plan.
@@ -49,15 +47,9 @@ pub struct FogPass {
 }
 
 impl FogPass {
-    /// `inputs` is the depth.
-    pub fn new(
-        device: &Arc<Device>,
-        plan: &FramePlan,
-        slot: &Slot,
-        layouts: SetLayouts,
-        inputs: &[InputDescriptor],
-    ) -> gpu::Result<Self> {
-        let inputs = InputSet::new(device, "depth for FOG", inputs)?;
+    fn new(own: &Making) -> gpu::Result<Self> {
+        let &Making { device, layouts, plan, .. } = own;
+        let inputs = InputSet::new(device, "depth for FOG", &own.inputs())?;
         let mut constants = vec![
             (constants::LARGEST, plan.largest_light().to_bits()),
             (constants::ORTHOGRAPHIC, u32::from(plan.orthographic)),
@@ -68,7 +60,7 @@ impl FogPass {
         }
         let desc = ScreenDesc {
             name: "fog",
-            slot,
+            slot: own.slot()?,
             shader: needed("fog", shader::variant, flags(plan))?,
             constants: &constants,
             set_layouts: &[layouts.frame, inputs.set_layout.raw],
@@ -82,9 +74,9 @@ impl FogPass {
 
 impl PassRecorder for FogPass {
     /// Lays the fog over the picture. Runs inside its subpass.
-    fn record(&self, recording: &FrameContext) {
-        recording.set_area();
-        self.screen.record(recording, &[(0, recording.frame_set), (1, self.inputs.set)]);
+    fn record(&self, context: &FrameContext) {
+        context.set_area();
+        self.screen.record(context, &[(0, context.frame_set), (1, self.inputs.set)]);
     }
 
     fn rebind(&mut self, own: &Making) -> gpu::Result<()> {

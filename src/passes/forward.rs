@@ -1,19 +1,16 @@
 //! FORWARD: opaque surfaces, lit while they are rasterized, in GEOMETRY's and LIGHTING's place.
 
-use std::sync::Arc;
-
 use super::screen::replace;
 use super::surface::{Limits, LitDesc, SurfacePipelines, lit_pipeline, opaque_depth};
 use super::{
-    COLOR_WRITE, ContentsIfFirst, EARLY_DEPTH_READ, FrameContext, LATE_DEPTH_WRITE, Pass, PassName, PassRecorder,
-    Presence, ResourceUse, SAMPLED, SetLayouts, Slot, culled, frame_data, looked_up, maps, meshes,
+    COLOR_WRITE, ContentsIfFirst, EARLY_DEPTH_READ, Endpoint, FrameContext, LATE_DEPTH_WRITE, Making, Pass,
+    PassRecorder, Presence, ResourceUse, SAMPLED, culled, frame_data, looked_up, maps, meshes,
 };
-use crate::gpu::{self, Device, sync::Use};
-use crate::gpu_scene::GpuScene;
+use crate::gpu::{self, sync::Use};
 use crate::plan::FramePlan;
 use crate::shaders::forward::Flags;
 
-/// Clears, tests and writes depth, DEPTH before it in the same subpass too: early, and late where a mask may discard. Its store is a late
+/// Clears, tests and writes depth, as DEPTH does before it in the same subpass: early, and late if a mask may discard. The store operation is a late
 /// write.
 pub const DEPTH_TEST: Use = EARLY_DEPTH_READ.or(LATE_DEPTH_WRITE);
 /// Writes the light target; its clear is a write too.
@@ -23,7 +20,7 @@ pub const LIGHT_WRITE: Use = COLOR_WRITE;
 pub const MAP_READ: Use = SAMPLED;
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("FORWARD"),
+    name: Endpoint::pass("FORWARD"),
     time: "forward",
     what: "surfaces, lit while they are rasterized",
     presence: |plan| {
@@ -51,7 +48,7 @@ pub const PASS: Pass = Pass {
             .collect()
     },
     leave_out: None,
-    make: Some(|own| Ok(Box::new(ForwardPass::new(own.device, own.plan, own.slot()?, own.layouts, own.scene)?))),
+    make: Some(|own| Ok(Box::new(ForwardPass::new(own)?))),
 };
 
 /// The pass: a pipeline for each [`GeometryKey`](crate::plan::GeometryKey) of the plan.
@@ -60,14 +57,9 @@ pub struct ForwardPass {
 }
 
 impl ForwardPass {
-    /// `layouts` are those of set 0 and, where the plan has shadow maps, of set 2.
-    pub fn new(
-        device: &Arc<Device>,
-        plan: &FramePlan,
-        slot: &Slot,
-        layouts: SetLayouts,
-        scene: &GpuScene,
-    ) -> gpu::Result<Self> {
+    fn new(own: &Making) -> gpu::Result<Self> {
+        let &Making { device, layouts, plan, scene, .. } = own;
+        let slot = own.slot()?;
         let mut surfaces = SurfacePipelines::new(device, plan, ("forward", &plan.geometry), layouts, scene)?;
         for &key in &plan.geometry {
             let desc = LitDesc {
@@ -87,13 +79,12 @@ impl ForwardPass {
 
 impl PassRecorder for ForwardPass {
     /// Draws visible objects. Runs inside its subpass.
-    fn record(&self, recording: &FrameContext) {
-        self.surfaces.record_opaque(recording);
+    fn record(&self, context: &FrameContext) {
+        self.surfaces.record_opaque(context);
     }
 }
 
 /// Returns the shader variant of one of the plan's pipelines.
-#[cfg(test)]
-pub(crate) fn flags(plan: &FramePlan, key: crate::plan::GeometryKey) -> Flags {
+pub fn flags(plan: &FramePlan, key: crate::plan::GeometryKey) -> Flags {
     super::surface::lit_flags(plan, key)
 }

@@ -1,7 +1,7 @@
-//! FXAA: edges of the finished picture, smoothed. A render pass of its own, because each pixel reads its neighbours.
+//! FXAA: edges of the finished picture, smoothed. It needs a separate render pass, because each pixel reads its neighbours.
 
 use super::screen::RedrawPass;
-use super::{COLOR_WRITE, ContentsIfFirst, Pass, PassName, Presence, ResourceUse, SAMPLED, needed};
+use super::{COLOR_WRITE, ContentsIfFirst, Endpoint, Pass, Presence, ResourceUse, SAMPLED, needed};
 use crate::gpu::sync::Use;
 use crate::plan::SMOOTHED;
 use crate::shaders::fxaa::{self as shader, Flags};
@@ -12,7 +12,7 @@ pub const OUTPUT_READ: Use = SAMPLED;
 pub const PICTURE_WRITE: Use = COLOR_WRITE;
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("FXAA"),
+    name: Endpoint::pass("FXAA"),
     time: "fxaa",
     what: "smooths edges, and so reads each pixel's neighbours",
     presence: |plan| Presence::when(plan.effects.fxaa, "asked for", "not asked for"),

@@ -7,11 +7,10 @@ use ash::vk;
 use super::screen::{add, replace};
 use super::surface::{SurfaceDesc, SurfacePipelines, opaque_depth, surface_pipeline};
 use super::{
-    COLOR_BLEND, ContentsIfFirst, EARLY_DEPTH_READ, FrameContext, LATE_DEPTH_WRITE, Pass, PassName, PassRecorder,
-    Presence, ResourceUse, SetLayouts, Slot, culled, frame_data, meshes, needed,
+    COLOR_BLEND, ContentsIfFirst, EARLY_DEPTH_READ, Endpoint, FrameContext, LATE_DEPTH_WRITE, Making, Pass,
+    PassRecorder, Presence, ResourceUse, SetLayouts, Slot, culled, frame_data, meshes, needed,
 };
 use crate::gpu::{self, Device, Owned, sync::Use};
-use crate::gpu_scene::GpuScene;
 use crate::plan::{FramePlan, GeometryKey, Shading, Target};
 use crate::scene::TextureSlot;
 use crate::shaders::geometry::{self as shader, Flags, constants};
@@ -24,7 +23,7 @@ pub const COUNT_BLEND: Use = COLOR_BLEND;
 pub const DEPTH_TEST: Use = EARLY_DEPTH_READ.or(LATE_DEPTH_WRITE);
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("GEOMETRY"),
+    name: Endpoint::pass("GEOMETRY"),
     time: "geometry",
     what: "surfaces into the G-buffer, near ones first",
     presence: |plan| match (plan.has_geometry(), plan.is_forward()) {
@@ -37,14 +36,13 @@ pub const PASS: Pass = Pass {
     },
     touches,
     leave_out: None,
-    make: Some(|own| Ok(Box::new(GeometryPass::new(own.device, own.plan, own.slot()?, own.layouts.frame, own.scene)?))),
+    make: Some(|own| Ok(Box::new(GeometryPass::new(own)?))),
 };
 
 fn touches(plan: &FramePlan) -> Vec<ResourceUse> {
-    // A location whose target the plan lacks stays empty. LIGHTING leaves out every pixel that is not written here, so nothing but what
-    // adds up is cleared.
-    // Except for AMBIENT, which finds its texels by normal, position and roughness: some drivers (lavapipe) filter several pixels in one way, which at a
-    // silhouette may be that of a pixel of which nothing was written.
+    // A location whose target the plan lacks stays empty. LIGHTING leaves out every pixel that is not written here, so only additive targets are
+    // cleared. AMBIENT is an exception, as it finds its texels by normal, position and roughness: some drivers (lavapipe) filter several pixels
+    // alike, and at a silhouette an unwritten pixel may decide how.
     let finds_texels = if plan.adds_ambient() { ContentsIfFirst::Clear } else { ContentsIfFirst::Undefined };
     let locations = [
         (0, Target::Albedo, ContentsIfFirst::Undefined, COLOR_WRITE),
@@ -84,13 +82,10 @@ pub struct GeometryPass {
 }
 
 impl GeometryPass {
-    pub fn new(
-        device: &Arc<Device>,
-        plan: &FramePlan,
-        slot: &Slot,
-        frame_layout: vk::DescriptorSetLayout,
-        scene: &GpuScene,
-    ) -> gpu::Result<Self> {
+    fn new(own: &Making) -> gpu::Result<Self> {
+        let &Making { device, plan, scene, .. } = own;
+        let frame_layout = own.layouts.frame;
+        let slot = own.slot()?;
         let mut surfaces = SurfacePipelines::new(
             device,
             plan,
@@ -108,8 +103,8 @@ impl GeometryPass {
 
 impl PassRecorder for GeometryPass {
     /// Draws visible objects. Runs inside its subpass.
-    fn record(&self, recording: &FrameContext) {
-        self.surfaces.record_opaque(recording);
+    fn record(&self, context: &FrameContext) {
+        self.surfaces.record_opaque(context);
     }
 }
 
@@ -133,7 +128,7 @@ fn pipeline(
 }
 
 /// Returns the shader variant of one of the plan's pipelines.
-pub(crate) fn flags(plan: &FramePlan, key: GeometryKey) -> Flags {
+pub fn flags(plan: &FramePlan, key: GeometryKey) -> Flags {
     if plan.triangles.is_some() {
         // Nothing of a surface but its holes.
         return Flags::TEXTURED.when(key.discards && key.textures.contains(TextureSlot::BaseColor))

@@ -1,13 +1,11 @@
 //! HIZ: the nearest and the farthest depth of squares of the picture, in five sizes of squares, so that a ray takes long steps where nothing is.
 
-use std::sync::Arc;
-
 use ash::vk;
 
-use super::per_pixel::{ImageBinding, PerPixelDesc, PerPixelPass};
-use super::{FrameContext, Making, Pass, PassName, PassRecorder, Presence, ResourceUse, needed};
-use crate::gpu::{self, Device, sync::Use};
-use crate::plan::{FramePlan, HIZ, Hiz, Target};
+use super::per_pixel::PerPixelPass;
+use super::{Endpoint, FrameContext, Making, Pass, PassRecorder, Presence, ResourceUse, needed};
+use crate::gpu::{self, sync::Use};
+use crate::plan::{HIZ, Hiz, Target};
 use crate::shaders::group_edge;
 use crate::shaders::hiz::{self as shader, Flags};
 
@@ -17,7 +15,7 @@ pub const GBUFFER_READ: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, 
 pub const HIZ_WRITE: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_WRITE);
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("HIZ"),
+    name: Endpoint::pass("HIZ"),
     time: "depth pyramid",
     what: "the nearest and the farthest depth of squares of the picture",
     presence: |plan| {
@@ -30,7 +28,7 @@ pub const PASS: Pass = Pass {
         ]
     },
     leave_out: None,
-    make: Some(|own| Ok(Box::new(HizPass::new(own.device, own.plan, own.layouts.frame, &own.images())?))),
+    make: Some(|own| Ok(Box::new(HizPass::new(own)?))),
 };
 
 /// The pass.
@@ -40,28 +38,17 @@ pub struct HizPass {
 }
 
 impl HizPass {
-    /// `images` are depth and the pyramid.
-    pub fn new(
-        device: &Arc<Device>,
-        plan: &FramePlan,
-        frame_layout: vk::DescriptorSetLayout,
-        images: &[ImageBinding],
-    ) -> gpu::Result<Self> {
-        let desc = PerPixelDesc {
-            name: "hiz",
-            shader: needed("hiz", shader::variant, Flags::NONE)?,
-            constants: &[],
-            frame_layout,
-        };
-        Ok(Self { pass: PerPixelPass::new(device, &desc, images)?, tiles: Hiz::of(plan.size).tiles })
+    fn new(own: &Making) -> gpu::Result<Self> {
+        let shader = needed("hiz", shader::variant, Flags::NONE)?;
+        Ok(Self { pass: PerPixelPass::new(own, ("hiz", shader), &[])?, tiles: Hiz::of(own.plan.size).tiles })
     }
 }
 
 impl PassRecorder for HizPass {
     /// Runs outside any render pass.
-    fn record(&self, recording: &FrameContext) {
+    fn record(&self, context: &FrameContext) {
         // A work group for each tile.
-        self.pass.dispatch(recording, self.tiles.map(|count| count * group_edge(shader::WORKGROUP_SIZE)));
+        self.pass.dispatch(context, self.tiles.map(|count| count * group_edge(shader::WORKGROUP_SIZE)));
     }
 
     fn rebind(&mut self, own: &Making) -> gpu::Result<()> {

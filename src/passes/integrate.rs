@@ -1,12 +1,11 @@
 //! INTEGRATE: the light that the fog before each froxel scatters to the eye, by compute, column by column.
 
-use std::sync::Arc;
-
 use ash::vk;
 
-use super::{FrameContext, Pass, PassName, PassRecorder, Presence, ResourceUse, air, frame_data, needed};
-use crate::gpu::{self, Device, Owned, ShaderStage, compute_pipeline, pipeline_layout, sync::Use};
-use crate::plan::{FramePlan, FroxelPlan};
+use super::{
+    Endpoint, FrameContext, Making, Pass, PassRecorder, Presence, ResourceUse, air, compute_stage, frame_data,
+};
+use crate::gpu::{self, Owned, compute_pipeline, pipeline_layout, sync::Use};
 use crate::shaders::group_edge;
 use crate::shaders::integrate::{self as shader, Flags, constants};
 
@@ -16,7 +15,7 @@ pub const LIGHT_READ: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk
 pub const SUM_WRITE: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_WRITE);
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("INTEGRATE"),
+    name: Endpoint::pass("INTEGRATE"),
     time: "integrate",
     what: "what the fog before each froxel scatters to the eye",
     presence: |plan| Presence::of(plan.froxels(), plan.lack_of_froxels()),
@@ -28,10 +27,7 @@ pub const PASS: Pass = Pass {
         ]
     },
     leave_out: None,
-    make: Some(|own| {
-        let planned = own.needed(own.plan.froxels())?;
-        Ok(Box::new(IntegratePass::new(own.device, (own.plan, planned), own.layouts.frame)?))
-    }),
+    make: Some(|own| Ok(Box::new(IntegratePass::new(own)?))),
 };
 
 /// Edge of a work group in columns.
@@ -45,26 +41,13 @@ pub struct IntegratePass {
 }
 
 impl IntegratePass {
-    /// # Errors
-    /// When the device cannot compile the pipeline.
-    pub fn new(
-        device: &Arc<Device>,
-        (plan, planned): (&FramePlan, &FroxelPlan),
-        frame_layout: vk::DescriptorSetLayout,
-    ) -> gpu::Result<Self> {
-        let Some(entry) = needed("integrate", shader::variant, Flags::NONE)?.compute() else {
-            return Err(gpu::Error::Unsupported("integrate.wgsl has no compute entry".into()));
-        };
-        let layout = pipeline_layout(device, "integrate", &[frame_layout], &[])?;
-        let [columns, rows, _] = planned.grid;
+    fn new(own: &Making) -> gpu::Result<Self> {
+        let &Making { device, plan, .. } = own;
+        let layout = pipeline_layout(device, "integrate", &[own.layouts.frame], &[])?;
+        let [columns, rows, _] = own.needed(plan.froxels())?.grid;
         let own = [(constants::ORTHOGRAPHIC, u32::from(plan.orthographic))];
         let constants: Vec<_> = own.into_iter().chain(air::froxel_grid!(plan)).collect();
-        let stage = ShaderStage {
-            spirv: entry.spirv.words(),
-            entry: entry.name,
-            stage: vk::ShaderStageFlags::COMPUTE,
-            constants: &constants,
-        };
+        let stage = compute_stage("integrate", shader::variant, Flags::NONE, &constants)?;
         let pipeline = compute_pipeline(device, "integrate", &stage, layout.raw)?;
         Ok(Self { layout, pipeline, groups: [columns, rows].map(|edge| edge.div_ceil(GROUP)) })
     }
@@ -72,13 +55,13 @@ impl IntegratePass {
 
 impl PassRecorder for IntegratePass {
     /// Runs outside any render pass, after SCATTER.
-    fn record(&self, recording: &FrameContext) {
-        let (raw, cmd, point) = (&recording.device.raw, recording.cmd, vk::PipelineBindPoint::COMPUTE);
-        // SAFETY: `cmd` is being recorded outside a render pass; the set is of the layout, and the pass outlives the submission. The shader
-        // looks at no froxel beyond those of the plan and the slice after them.
+    fn record(&self, context: &FrameContext) {
+        let (raw, cmd, point) = (&context.device.raw, context.cmd, vk::PipelineBindPoint::COMPUTE);
+        // SAFETY: `cmd` is being recorded outside a render pass; the set is of the layout, and the pass outlives the submission. The shader looks at
+        // no froxel beyond the plan's grid and the slice after it.
         unsafe {
             raw.cmd_bind_pipeline(cmd, point, self.pipeline.raw);
-            raw.cmd_bind_descriptor_sets(cmd, point, self.layout.raw, 0, &[recording.frame_set], &[]);
+            raw.cmd_bind_descriptor_sets(cmd, point, self.layout.raw, 0, &[context.frame_set], &[]);
             raw.cmd_dispatch(cmd, self.groups[0], self.groups[1], 1);
         }
     }

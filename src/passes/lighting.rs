@@ -1,15 +1,13 @@
 //! LIGHTING: every light on every pixel that has a surface, from the G-buffer through input attachments.
 
-use std::sync::Arc;
-
 use ash::vk;
 
-use super::screen::{InputDescriptor, InputSet, Screen, ScreenDesc, add, replace};
+use super::screen::{InputSet, Screen, ScreenDesc, add, replace};
 use super::{
-    COLOR_BLEND, COLOR_WRITE, ContentsIfFirst, DEPTH_COMPARE, FrameContext, INPUT_READ, Making, Pass, PassName,
-    PassRecorder, Presence, ResourceUse, SAMPLED, SetLayouts, Slot, frame_data, gbuffer_inputs, light_maps, needed,
+    COLOR_BLEND, COLOR_WRITE, ContentsIfFirst, DEPTH_COMPARE, Endpoint, FrameContext, INPUT_READ, Making, Pass,
+    PassRecorder, Presence, ResourceUse, SAMPLED, frame_data, gbuffer_inputs, light_maps, needed,
 };
-use crate::gpu::{self, Device, sync::Use};
+use crate::gpu::{self, sync::Use};
 use crate::plan::{FramePlan, Shading, ToneMapping};
 use crate::shaders::lighting::{self as shader, Flags, constants};
 
@@ -25,7 +23,7 @@ pub const LIGHT_WRITE: Use = COLOR_WRITE;
 pub const LIGHT_BLEND: Use = COLOR_BLEND;
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("LIGHTING"),
+    name: Endpoint::pass("LIGHTING"),
     time: "lighting",
     what: "every light on every pixel, which reads its own place of the G-buffer",
     presence: |plan| match plan.shading {
@@ -36,7 +34,7 @@ pub const PASS: Pass = Pass {
     },
     touches,
     leave_out: None,
-    make: Some(|own| Ok(Box::new(LightingPass::new(own.device, own.plan, own.slot()?, own.layouts, &own.inputs())?))),
+    make: Some(|own| Ok(Box::new(LightingPass::new(own)?))),
 };
 
 /// Returns true if an invocation reads all samples of its pixel, also where it lights one of them: whether all show one surface decides who lights them.
@@ -78,22 +76,16 @@ pub struct LightingPass {
 }
 
 impl LightingPass {
-    /// `layouts` are those of set 0 and, where the plan has shadow maps, of set 2; `inputs` are the G-buffer's views.
-    pub fn new(
-        device: &Arc<Device>,
-        plan: &FramePlan,
-        slot: &Slot,
-        layouts: SetLayouts,
-        inputs: &[InputDescriptor],
-    ) -> gpu::Result<Self> {
-        let inputs = InputSet::new(device, "G-buffer inputs", inputs)?;
+    fn new(own: &Making) -> gpu::Result<Self> {
+        let &Making { device, layouts, plan, .. } = own;
+        let inputs = InputSet::new(device, "G-buffer inputs", &own.inputs())?;
         let mut set_layouts = vec![layouts.frame, inputs.set_layout.raw];
         set_layouts.extend(layouts.shadows);
         let screen = |name, flags| {
             let shader = needed("lighting", shader::variant, flags)?;
             let desc = ScreenDesc {
                 name,
-                slot,
+                slot: own.slot()?,
                 shader,
                 constants: &constants_of(plan),
                 set_layouts: &set_layouts,
@@ -112,15 +104,15 @@ impl LightingPass {
 
 impl PassRecorder for LightingPass {
     /// Lights the picture. Runs inside its subpass.
-    fn record(&self, recording: &FrameContext) {
-        let mut sets = vec![(0, recording.frame_set), (1, self.inputs.set)];
-        sets.extend(recording.shadow_set.map(|set| (2, set)));
+    fn record(&self, context: &FrameContext) {
+        let mut sets = vec![(0, context.frame_set), (1, self.inputs.set)];
+        sets.extend(context.shadow_set.map(|set| (2, set)));
         for screen in &self.screens {
             if self.pushes {
                 let places: LightIndices = std::array::from_fn(|index| index as u32);
-                recording.push(screen.layout.raw, vk::ShaderStageFlags::FRAGMENT, &places);
+                context.push(screen.layout.raw, vk::ShaderStageFlags::FRAGMENT, &places);
             }
-            screen.record(recording, &sets);
+            screen.record(context, &sets);
         }
     }
 
@@ -131,7 +123,7 @@ impl PassRecorder for LightingPass {
 
 // ANCHOR: variant
 /// Returns the shader variant of a plan. The G-buffer's flags are the same in every shader that reads it.
-pub(crate) fn flags(plan: &FramePlan) -> Flags {
+pub fn flags(plan: &FramePlan) -> Flags {
     Flags::LIGHTS.when(plan.lights.any())
         | Flags::UNIFORM_BUFFER.when(plan.lights.any() && plan.lights.uniform)
         | Flags::CLUSTERED.when(plan.lights_by_clusters())

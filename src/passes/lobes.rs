@@ -3,24 +3,20 @@
 //! GEOMETRY draws these surfaces as all others, so that passes which read depth, normals or roughness know them. Limits: screen-space occlusion does not
 //! darken them, and reflections are found for their highlight as if it lay bare.
 
-use std::sync::Arc;
-
 use super::screen::replace;
 use super::surface::{Limits, LitDesc, SurfacePipelines, lit_pipeline};
 use super::{
-    FrameContext, Pass, PassName, PassRecorder, Presence, SAMPLED, SetLayouts, Slot, culled, frame_data, looked_up,
-    maps, meshes,
+    Endpoint, FrameContext, Making, Pass, PassRecorder, Presence, SAMPLED, culled, frame_data, looked_up, maps, meshes,
 };
-use crate::gpu::{self, DepthState, Device, sync::Use, vk};
-use crate::gpu_scene::GpuScene;
-use crate::plan::{FramePlan, Shading};
+use crate::gpu::{self, DepthState, sync::Use, vk};
+use crate::plan::Shading;
 use crate::shaders::forward::Flags;
 
 /// Looks shadow maps up.
 pub const MAP_READ: Use = SAMPLED;
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("LOBES"),
+    name: Endpoint::pass("LOBES"),
     time: "lobes",
     what: "surfaces with lobes that the G-buffer has no room for, lit once more as they are drawn",
     presence: |plan| match plan.shading {
@@ -37,7 +33,7 @@ pub const PASS: Pass = Pass {
         drawn.chain(maps(plan, MAP_READ)).chain(looked_up(plan)).collect()
     },
     leave_out: None,
-    make: Some(|own| Ok(Box::new(LobesPass::new(own.device, own.plan, own.slot()?, own.layouts, own.scene)?))),
+    make: Some(|own| Ok(Box::new(LobesPass::new(own)?))),
 };
 
 /// The pass: a pipeline for each [`GeometryKey`](crate::plan::GeometryKey) of the plan that has lobes.
@@ -46,14 +42,9 @@ pub struct LobesPass {
 }
 
 impl LobesPass {
-    /// `layouts` are those of set 0 and, where the plan has shadow maps, of set 2.
-    pub fn new(
-        device: &Arc<Device>,
-        plan: &FramePlan,
-        slot: &Slot,
-        layouts: SetLayouts,
-        scene: &GpuScene,
-    ) -> gpu::Result<Self> {
+    fn new(own: &Making) -> gpu::Result<Self> {
+        let &Making { device, layouts, plan, scene, .. } = own;
+        let slot = own.slot()?;
         let surfaces = SurfacePipelines::new(device, plan, ("lobes", &plan.lobes), layouts, scene)?;
         let mut surfaces = surfaces.relighting();
         for &key in &plan.lobes {
@@ -75,21 +66,21 @@ impl LobesPass {
 
 impl PassRecorder for LobesPass {
     /// Draws visible objects. Runs inside LIGHTING's subpass, after all light that is added.
-    fn record(&self, recording: &FrameContext) {
-        self.surfaces.record_opaque(recording);
+    fn record(&self, context: &FrameContext) {
+        self.surfaces.record_opaque(context);
     }
 }
 
 /// Returns the shader variant of one of the plan's pipelines.
 #[cfg(test)]
-pub(crate) fn flags(plan: &FramePlan, key: crate::plan::GeometryKey) -> Flags {
+pub(crate) fn flags(plan: &crate::plan::FramePlan, key: crate::plan::GeometryKey) -> Flags {
     super::surface::lit_flags(plan, key)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plan::{Capabilities, GeometryKey, samples};
+    use crate::plan::{Capabilities, FramePlan, GeometryKey, samples};
     use crate::scene::{Brdf, LightPath, Material, Scene, Settings, Sheen, Transparency, View};
     use crate::shaders::forward as shader;
 

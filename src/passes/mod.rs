@@ -110,7 +110,7 @@ mod spirv;
 pub mod spread;
 mod surface;
 
-pub use declaration::{ContentsIfFirst, MapImage, Pass, PassName, Presence, Resource, ResourceUse, UseKind};
+pub use declaration::{ContentsIfFirst, Endpoint, MapImage, Pass, Presence, Resource, ResourceUse, UseKind};
 pub use object::{Making, PassObject, PassRecorder};
 pub use per_pixel::{ImageBinding, PerPixelPass};
 pub use screen::InputDescriptor;
@@ -119,7 +119,7 @@ use std::ops::Range;
 
 use ash::vk;
 
-use crate::gpu::{self, Device, PipelinePlace, Timestamps, sync::Use};
+use crate::gpu::{self, Device, PipelinePlace, ShaderStage, Timestamps, sync::Use};
 use crate::gpu_scene::{
     CulledState, CullingBuffers, GpuScene, INDEX_READ, Instances, SKY_READ, TEXTURE_READ, VERTEX_READ,
 };
@@ -127,7 +127,7 @@ use crate::plan::{FramePlan, IndexWidth, PresentTarget, Shading, Target, Texture
 use crate::shaders::Variant;
 use crate::visible::{Caster, MapDraw, Reprojection, ShadowView, Visible, World, WorldObject};
 
-/// Shaders read what the CPU wrote for their frame.
+/// Shaders read the CPU's data for their frame.
 pub const FRAME_READ: Use = Use::new(
     vk::PipelineStageFlags2::from_raw(
         vk::PipelineStageFlags2::VERTEX_SHADER.as_raw()
@@ -142,10 +142,10 @@ pub const CULLED_READ: Use =
     VERTEX_READ.or(Use::new(vk::PipelineStageFlags2::DRAW_INDIRECT, vk::AccessFlags2::INDIRECT_COMMAND_READ));
 
 /// Places outside of frames that work once, in their order, each with its work.
-pub const ONCE: [(PassName, &str); 3] = [
-    (PassName::UPLOAD, "once: copies out of staging buffers, and blits from level to level of a texture"),
-    (PassName::PREFILTER, "once: what surfaces collect of the sky"),
-    (PassName::CLEAR, "once: the shadow maps' image, which the first frame may look up anywhere"),
+pub const ONCE: [(Endpoint, &str); 3] = [
+    (Endpoint::UPLOAD, "once: copies out of staging buffers, and blits from level to level of a texture"),
+    (Endpoint::PREFILTER, "once: what surfaces collect of the sky"),
+    (Endpoint::CLEAR, "once: the shadow maps' image, which the first frame may look up anywhere"),
 ];
 
 // The commonest uses, by the stage that has them. Each pass names its own uses by these.
@@ -175,7 +175,7 @@ const INPUT_READ: Use = Use::new(vk::PipelineStageFlags2::FRAGMENT_SHADER, vk::A
 /// Samples images while shading fragments.
 const SAMPLED: Use = Use::new(vk::PipelineStageFlags2::FRAGMENT_SHADER, vk::AccessFlags2::SHADER_SAMPLED_READ);
 
-/// The reason why a pass over what a window shows is not there.
+/// Reason for the absence of passes over a window's picture.
 pub(crate) const NO_WINDOW: &str = "no window";
 
 /// Reads the frame's camera and lights.
@@ -209,7 +209,7 @@ fn culled(plan: &FramePlan) -> Option<ResourceUse> {
     })
 }
 
-/// Looks shadow maps up, where there are some, and their tints.
+/// Looks up shadow maps and their tints, if the plan has them.
 fn maps(plan: &FramePlan, uses: Use) -> impl Iterator<Item = ResourceUse> {
     let depth = ResourceUse::resource(Resource::SHADOW_MAPS, uses).because("loads any texel of the shadow maps");
     let tints = ResourceUse::resource(Resource::SHADOW_TINTS, uses).because("names their tints");
@@ -269,6 +269,20 @@ pub fn needed<F: Copy + std::fmt::Debug>(
     variant(flags).ok_or_else(|| gpu::Error::Unsupported(format!("{shader}.wgsl has no variant {flags:?}")))
 }
 
+/// The compute stage of the variant of a shader that `flags` name, with these constants. Tests hold that each plan's flags have one.
+pub fn compute_stage<'a, F: Copy + std::fmt::Debug>(
+    shader: &str,
+    variant: fn(F) -> Option<&'static Variant>,
+    flags: F,
+    constants: &'a [(u32, u32)],
+) -> gpu::Result<ShaderStage<'a>> {
+    let Some(entry) = needed(shader, variant, flags)?.compute() else {
+        return Err(gpu::Error::Unsupported(format!("{shader}.wgsl has no compute entry")));
+    };
+    let stage = vk::ShaderStageFlags::COMPUTE;
+    Ok(ShaderStage { spirv: entry.spirv.words(), entry: entry.name, stage, constants })
+}
+
 /// The subpass in which a pipeline runs.
 pub type Slot = PipelinePlace;
 
@@ -319,7 +333,7 @@ pub struct Tile {
 }
 
 impl Tile {
-    /// Its part of an area. The tiles of a grid cover the area without a gap and without an overlap.
+    /// The part of an area that the tile covers. The tiles of a grid cover the area without a gap and without an overlap.
     pub fn within(self, area: vk::Rect2D) -> vk::Rect2D {
         let edge = |at: u32, of: u32, length: u32| (u64::from(at) * u64::from(length) / u64::from(of)) as u32;
         let lengths = [area.extent.width, area.extent.height];
@@ -351,7 +365,7 @@ pub struct FrameContext<'a> {
     /// Width and height of the picture in pixels.
     pub size: [u32; 2],
     /// The index among the frames in flight.
-    pub place: usize,
+    pub in_flight: usize,
     /// Deformed objects have another pose than in the frame before.
     pub posed: bool,
     /// The index of the swapchain's image that the picture goes to; 0 where nothing is presented.
@@ -383,16 +397,16 @@ pub struct FrameContext<'a> {
     pub between: &'a dyn Fn(),
     /// The frame's own index buffer with [`Visible::sorted_indices`], where the plan sorts triangles.
     pub sorted: Option<(vk::Buffer, vk::IndexType)>,
-    /// The tile that is drawn alone, where a torn attachment is simulated.
+    /// The only tile to draw, if a torn attachment is simulated.
     pub tile: Option<Tile>,
-    /// The same frame as the camera of the last one saw it, where stale content is simulated.
+    /// This frame as seen by the last frame's camera, if stale content is simulated.
     pub earlier: Option<&'a FrameContext<'a>>,
 }
 
 impl FrameContext<'_> {
     /// Opens the label of a pass, which debuggers and messages of layers show.
     pub fn begin(&self, pass: &Pass) {
-        self.device.begin_label(self.cmd, pass.place.name());
+        self.device.begin_label(self.cmd, pass.name.name());
     }
 
     /// Closes it, and takes the time when all that was recorded so far is done.
@@ -466,41 +480,41 @@ enum Indices {
 
 /// Draws meshes, and binds another index buffer only where the next mesh needs it.
 struct MeshDraws<'a> {
-    recording: &'a FrameContext<'a>,
+    context: &'a FrameContext<'a>,
     streams: &'a [u32],
-    /// Into shadow maps.
+    /// True for draws into shadow maps.
     casters: bool,
     bound: Option<Indices>,
-    /// The vertex buffers that are bound are those of deformed objects.
+    /// True if the bound vertex buffers belong to deformed objects; none if no buffers are bound.
     deformed: Option<bool>,
 }
 
 impl<'a> MeshDraws<'a> {
-    /// With these vertex streams, which the first draw binds: where nothing is drawn, nothing is bound.
-    fn new(recording: &'a FrameContext<'a>, streams: &'a [u32]) -> Self {
-        Self { recording, streams, casters: false, bound: None, deformed: None }
+    /// Starts draws with these vertex streams. The first draw binds them, so without a draw nothing is bound.
+    fn new(context: &'a FrameContext<'a>, streams: &'a [u32]) -> Self {
+        Self { context, streams, casters: false, bound: None, deformed: None }
     }
 
-    /// The same of casters.
-    fn of_casters(recording: &'a FrameContext<'a>, streams: &'a [u32]) -> Self {
-        Self { casters: true, ..Self::new(recording, streams) }
+    /// Starts draws of casters.
+    fn of_casters(context: &'a FrameContext<'a>, streams: &'a [u32]) -> Self {
+        Self { casters: true, ..Self::new(context, streams) }
     }
 
     /// Draws instances of a level of an object's mesh, in the order that the frame has sorted its triangles into if they are `sorted`: then this is
     /// their first index.
     fn draw(&mut self, object: &WorldObject, level: u8, sorted: Option<u32>, instances: Range<u32>) {
         // The plan has the mesh of each object that a pass draws, and its levels.
-        let Some(range) = self.recording.scene.level(object.mesh, object.deform, level) else { return };
+        let Some(range) = self.context.scene.level(object.mesh, object.deform, level) else { return };
         let indices = if sorted.is_some() { Indices::Sorted } else { Indices::OfScene(range.width) };
-        let FrameContext { device, cmd, .. } = *self.recording;
+        let FrameContext { device, cmd, .. } = *self.context;
         if self.deformed.is_none() {
             match self.casters {
-                true => self.recording.instances.bind_casters(device, cmd),
-                false => self.recording.instances.bind(device, cmd),
+                true => self.context.instances.bind_casters(device, cmd),
+                false => self.context.instances.bind(device, cmd),
             }
         }
         if self.deformed != Some(range.deformed) {
-            self.recording.scene.bind(self.recording.device, self.recording.cmd, self.streams, range.deformed);
+            self.context.scene.bind(self.context.device, self.context.cmd, self.streams, range.deformed);
             self.deformed = Some(range.deformed);
         }
         if self.bound != Some(indices) {
@@ -515,7 +529,7 @@ impl<'a> MeshDraws<'a> {
 
     /// Draws the objects that the device found visible in a step of depth, by some of its commands.
     fn draw_culled(&mut self, culling: &CullingBuffers, step: usize, state: &CulledState) {
-        let FrameContext { device, cmd, scene, .. } = *self.recording;
+        let FrameContext { device, cmd, scene, .. } = *self.context;
         if self.deformed.is_none() {
             culling.bind(device, cmd);
         }
@@ -534,7 +548,7 @@ impl<'a> MeshDraws<'a> {
     }
 
     fn bind(&mut self, indices: Indices) {
-        let FrameContext { device, cmd, scene, sorted, .. } = *self.recording;
+        let FrameContext { device, cmd, scene, sorted, .. } = *self.context;
         match (indices, sorted) {
             (Indices::OfScene(width), _) => scene.bind_indices(device, cmd, width),
             // SAFETY: the buffer has INDEX_BUFFER usage and lives until the frame that it belongs to is recorded anew.

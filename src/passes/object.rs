@@ -18,7 +18,7 @@ pub type Make = fn(&Making) -> gpu::Result<Box<dyn PassRecorder>>;
 /// The object of a pass, as its [`Pass::make`] makes it.
 pub trait PassRecorder: Send + Sync {
     /// Records the pass: inside its subpass, or outside of render passes between its barriers.
-    fn record(&self, recording: &FrameContext);
+    fn record(&self, context: &FrameContext);
 
     /// Reads and writes other images, as of another size of the picture.
     ///
@@ -86,7 +86,7 @@ impl<'a> Making<'a> {
     pub fn slot(&self) -> gpu::Result<&Slot> {
         self.in_render_pass
             .as_ref()
-            .ok_or_else(|| gpu::Error::Misuse(format!("the frame has no subpass for {}", self.pass.place)))
+            .ok_or_else(|| gpu::Error::Misuse(format!("the frame has no subpass for {}", self.pass.name)))
     }
 
     /// A part that the plan of this pass cannot be without.
@@ -94,7 +94,7 @@ impl<'a> Making<'a> {
     /// # Errors
     /// When it is missing.
     pub fn needed<T>(&self, part: Option<T>) -> gpu::Result<T> {
-        part.ok_or_else(|| gpu::Error::Misuse(format!("{} lacks a part of its plan", self.pass.place)))
+        part.ok_or_else(|| gpu::Error::Misuse(format!("{} lacks a part of its plan", self.pass.name)))
     }
 
     /// The targets that the passes of its subpass read, at their bindings.

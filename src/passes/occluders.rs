@@ -1,23 +1,19 @@
-//! OCCLUDERS: depth of the largest objects in view, from which PYRAMID and CULL find out what they hide. They are drawn again among the
-//! others; the CPU chooses them by the size of their boxes in the picture, so that nothing depends on what was drawn before.
-
-use std::sync::Arc;
-
-use ash::vk;
+//! OCCLUDERS: depth of the largest objects in view, from which PYRAMID and CULL find the objects behind them. Later passes draw these objects again
+//! with all others. The CPU chooses them by the size of their boxes in the picture, so that the choice does not depend on earlier frames.
 
 use super::depth_only::DepthOnly;
 use super::{
-    ContentsIfFirst, EARLY_DEPTH_READ, FrameContext, LATE_DEPTH_WRITE, Pass, PassName, PassRecorder, ResourceUse, Slot,
+    ContentsIfFirst, EARLY_DEPTH_READ, Endpoint, FrameContext, LATE_DEPTH_WRITE, Pass, PassRecorder, ResourceUse,
     culling, frame_data, meshes,
 };
-use crate::gpu::{self, Device, sync::Use};
-use crate::plan::{FramePlan, Target};
+use crate::gpu::sync::Use;
+use crate::plan::Target;
 
 /// Clears, tests and writes depth.
 const DEPTH_TEST: Use = EARLY_DEPTH_READ.or(LATE_DEPTH_WRITE);
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("OCCLUDERS"),
+    name: Endpoint::pass("OCCLUDERS"),
     time: "occluders",
     what: "depth of the largest objects, which may hide others",
     presence: culling::hiding,
@@ -27,28 +23,15 @@ pub const PASS: Pass = Pass {
         [depth, frame_data()].into_iter().chain(meshes(plan)).collect()
     },
     leave_out: None,
-    make: Some(|own| Ok(Box::new(OccludersPass::new(own.device, own.plan, own.slot()?, own.layouts.frame)?))),
+    make: Some(|own| Ok(Box::new(OccludersPass(DepthOnly::new(own, "occluders", 0)?)))),
 };
 
-/// The pass, in a render pass of its own.
+/// The pass, which has a separate render pass.
 pub struct OccludersPass(DepthOnly);
-
-impl OccludersPass {
-    /// # Errors
-    /// When the device cannot compile a pipeline.
-    pub fn new(
-        device: &Arc<Device>,
-        plan: &FramePlan,
-        slot: &Slot,
-        frame_layout: vk::DescriptorSetLayout,
-    ) -> gpu::Result<Self> {
-        Ok(Self(DepthOnly::new(device, plan, ("occluders", slot), frame_layout, 0)?))
-    }
-}
 
 impl PassRecorder for OccludersPass {
     /// Draws them. Runs inside its render pass.
-    fn record(&self, recording: &FrameContext) {
-        self.0.record(recording, &recording.visible.occluders);
+    fn record(&self, context: &FrameContext) {
+        self.0.record(context, &context.visible.occluders);
     }
 }

@@ -1,4 +1,4 @@
-//! OVERLAY: panels of a user interface over the finished picture. A render pass of its own, which exists only while something is shown.
+//! OVERLAY: panels of a user interface over the finished picture. It has a separate render pass, which exists only while something is shown.
 //!
 //! Panels come as plain triangles, so that nothing here depends on the UI library.
 
@@ -11,7 +11,7 @@ use bytemuck::{Pod, Zeroable};
 
 use super::screen::{WindowPass, over, sampled_bindings, sampled_set, stages};
 use super::{
-    COLOR_BLEND, ContentsIfFirst, NO_WINDOW, Pass, PassName, Presence, Resource, ResourceUse, SAMPLED, Slot, UseKind,
+    COLOR_BLEND, ContentsIfFirst, Endpoint, NO_WINDOW, Pass, Presence, Resource, ResourceUse, SAMPLED, Slot, UseKind,
     needed, shown,
 };
 use crate::gpu::{
@@ -27,7 +27,7 @@ pub const BLEND: Use = COLOR_BLEND;
 pub const TEXTURE_READ: Use = SAMPLED;
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("OVERLAY"),
+    name: Endpoint::pass("OVERLAY"),
     time: "overlay",
     what: "draws panels over the picture",
     presence: |plan| Presence::when(plan.presented.is_some(), "only while panels are shown", NO_WINDOW),
@@ -43,11 +43,11 @@ pub const PASS: Pass = Pass {
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct PanelVertex {
-    /// In points from the top left of the window.
+    /// Position in points from the top left of the window.
     pub position: [f32; 2],
-    /// 0 to 1 from the top left of the texture.
+    /// Texture coordinates, 0 to 1 from the top left.
     pub uv: [f32; 2],
-    /// sRGB-encoded, times alpha.
+    /// Colour, sRGB-encoded and premultiplied by alpha.
     pub color: [u8; 4],
 }
 
@@ -55,9 +55,9 @@ pub struct PanelVertex {
 #[derive(Debug, Clone, PartialEq)]
 pub struct PanelDraw {
     pub texture: u64,
-    /// In pixels, within the window.
+    /// Scissor in pixels, within the window.
     pub scissor: vk::Rect2D,
-    /// Of [`Panels::indices`].
+    /// Range in [`Panels::indices`].
     pub indices: Range<u32>,
 }
 
@@ -75,12 +75,12 @@ pub struct PanelTexture {
 pub struct Panels {
     pub vertices: Vec<PanelVertex>,
     pub indices: Vec<u32>,
-    /// In the order in which they lie over each other.
+    /// Draw calls, from back to front.
     pub draws: Vec<PanelDraw>,
     pub pixels_per_point: f32,
-    /// New ones, from this frame on.
+    /// Textures that are new or changed from this frame on.
     pub textures: Vec<PanelTexture>,
-    /// Those that no frame after this one needs.
+    /// Textures that no later frame needs.
     pub spent: Vec<u64>,
 }
 
@@ -247,8 +247,8 @@ impl OverlayPass {
         let viewport = vk::Viewport { width, height, max_depth: 1.0, ..vk::Viewport::default() };
         let push = OverlayPush { scale: [width, height].map(|edge| 2.0 * panels.pixels_per_point / edge) };
         let graphics = vk::PipelineBindPoint::GRAPHICS;
-        // SAFETY: `cmd` is being recorded inside the pass that the pipeline was made for; the buffers live until their frame is done,
-        // and hold what the draws name, as `write` put it there; sets have the layout of the pipeline.
+        // SAFETY: `cmd` is being recorded inside the pass that the pipeline was made for; the buffers live until their frame is done, and hold the
+        // data that the draws refer to, as `write` stored it; the sets match the pipeline's layout.
         unsafe {
             gpu.cmd_bind_pipeline(cmd, graphics, self.pipeline.raw);
             gpu.cmd_set_viewport(cmd, 0, &[viewport]);

@@ -7,7 +7,7 @@ use ash::vk;
 use super::blending::{blend, limits, targets};
 use super::screen::{InputDescriptor, InputSet, stages};
 use super::{
-    FrameContext, INPUT_READ, Making, Pass, PassName, PassRecorder, Presence, Resource, ResourceUse, Slot, air,
+    Endpoint, FrameContext, INPUT_READ, Making, Pass, PassRecorder, Presence, Resource, ResourceUse, Slot, air,
     frame_data, needed,
 };
 use crate::gpu::{
@@ -24,11 +24,11 @@ pub const STATE_READ: Use =
     Use::new(vk::PipelineStageFlags2::VERTEX_SHADER, vk::AccessFlags2::SHADER_READ).or(LAST_READ);
 /// Reads it last.
 pub const LAST_READ: Use = Use::new(vk::PipelineStageFlags2::FRAGMENT_SHADER, vk::AccessFlags2::SHADER_READ);
-/// Reads the depth of its own pixel, to fade before it.
+/// Reads the pixel's depth, to fade particles out close to the surface.
 pub const DEPTH_READ: Use = INPUT_READ;
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("PARTICLES"),
+    name: Endpoint::pass("PARTICLES"),
     time: "particles",
     what: "particles, over what is behind them",
     presence: |plan| Presence::of(plan.effects.particles.as_ref(), "no particles are drawn"),
@@ -121,19 +121,19 @@ impl ParticlePass {
 }
 
 impl PassRecorder for ParticlePass {
-    /// Draws those that are alive. Runs inside its subpass.
-    fn record(&self, recording: &FrameContext) {
-        let count = recording.visible.emitters.count + u32::from(self.counts);
+    /// Draws the living particles. Runs inside its subpass.
+    fn record(&self, context: &FrameContext) {
+        let count = context.visible.emitters.count + u32::from(self.counts);
         if count == 0 {
             return;
         }
-        recording.set_area();
-        recording.bind_pipeline(self.pipeline.raw);
-        for (index, set) in [recording.frame_set, self.inputs.set, self.set].into_iter().enumerate() {
-            recording.bind_set(self.layout.raw, index as u32, set);
+        context.set_area();
+        context.bind_pipeline(self.pipeline.raw);
+        for (index, set) in [context.frame_set, self.inputs.set, self.set].into_iter().enumerate() {
+            context.bind_set(self.layout.raw, index as u32, set);
         }
         // SAFETY: pipeline and sets are bound; the vertex stage makes the corners of each particle from their index, and SIMULATE has written so many.
-        unsafe { recording.device.raw.cmd_draw(recording.cmd, self.corners * count, 1, 0, 0) };
+        unsafe { context.device.raw.cmd_draw(context.cmd, self.corners * count, 1, 0, 0) };
     }
 
     fn rebind(&mut self, own: &Making) -> gpu::Result<()> {
@@ -141,10 +141,10 @@ impl PassRecorder for ParticlePass {
     }
 }
 
-/// Binding of the particles; that of their order is the next.
+/// Binding of the particles; their order has the next binding.
 const STATES: u32 = 0;
 
-/// The addend of a layer where layers are counted: 1 in a linear picture, and in others a value of which 64 make white.
+/// The value that each layer adds when layers are counted: 1 in a linear picture, otherwise 1/64 of white.
 fn layer(plan: &FramePlan) -> f32 {
     match plan.tone_mapping {
         ToneMapping::AfterFrames(_) | ToneMapping::Absent => 1.0,
@@ -193,7 +193,7 @@ fn described<'a>(
     Ok((layout, pool, set))
 }
 
-/// A texture for each binding of the shader: where there are fewer, the last one again.
+/// A texture for each binding of the shader; missing ones repeat the last.
 fn views(textures: &Sheets) -> Vec<vk::ImageView> {
     let own: Vec<_> = textures.views().collect();
     own.iter().chain(std::iter::repeat_with(|| &own[own.len() - 1])).take(MOST_TEXTURES).copied().collect()

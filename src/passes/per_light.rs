@@ -1,15 +1,11 @@
 //! LIGHTING, light by light: after LIGHTING's own triangle (ambient and directional light) each light is a draw, added by blending: cut
 //! to a rectangle of pixels (`per-light`), or as a sphere or cone in space (`volumes`).
 
-use std::sync::Arc;
-
 use ash::vk;
 
-use super::screen::{InputDescriptor, InputSet, add, stages};
-use super::{
-    FrameContext, Making, Pass, PassName, PassRecorder, Presence, Resource, ResourceUse, SetLayouts, Slot, needed,
-};
-use crate::gpu::{self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, pipeline_layout};
+use super::screen::{InputSet, add, stages};
+use super::{Endpoint, FrameContext, Making, Pass, PassRecorder, Presence, Resource, ResourceUse, needed};
+use crate::gpu::{self, DepthState, GraphicsPipeline, GraphicsPipelineDesc, Owned, pipeline_layout};
 use crate::gpu_scene::{POSITION, VERTEX_READ, vertex_input};
 use crate::plan::{Extras, FramePlan, Shading};
 use crate::scene::LightPath;
@@ -21,7 +17,7 @@ const PUSH_BYTES: u32 = 4;
 const _: () = assert!(shader::push::SIZE == PUSH_BYTES as usize);
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("PER_LIGHT"),
+    name: Endpoint::pass("PER_LIGHT"),
     time: "lighting",
     what: "adds lights one by one, in LIGHTING's subpass",
     presence: |plan| {
@@ -31,12 +27,12 @@ pub const PASS: Pass = Pass {
         };
         Presence::when(plan.adds_lights(), why, "no light is drawn by itself")
     },
-    // Of attachments as LIGHTING, in whose subpass it draws.
+    // LIGHTING, whose subpass it draws in, declares the attachments.
     touches: |plan| {
         plan.uploads.volumes.then_some(ResourceUse::resource(Resource::Vertices, VERTEX_READ)).into_iter().collect()
     },
     leave_out: None,
-    make: Some(|own| Ok(Box::new(PerLightPass::new(own.device, own.plan, own.slot()?, own.layouts, &own.inputs())?))),
+    make: Some(|own| Ok(Box::new(PerLightPass::new(own)?))),
 };
 
 /// The pass. It draws inside LIGHTING's subpass.
@@ -47,15 +43,9 @@ pub struct PerLightPass {
 }
 
 impl PerLightPass {
-    /// `layouts` are those of set 0 and, where the plan has shadow maps, of set 2; `inputs` are the G-buffer's views.
-    pub fn new(
-        device: &Arc<Device>,
-        plan: &FramePlan,
-        slot: &Slot,
-        layouts: SetLayouts,
-        inputs: &[InputDescriptor],
-    ) -> gpu::Result<Self> {
-        let inputs = InputSet::new(device, "G-buffer inputs light by light", inputs)?;
+    fn new(own: &Making) -> gpu::Result<Self> {
+        let &Making { device, layouts, plan, .. } = own;
+        let inputs = InputSet::new(device, "G-buffer inputs light by light", &own.inputs())?;
         let flags = flags(plan);
         let volume = plan.light_path == LightPath::Volumes;
         let shader = needed("per_light", shader::variant, flags)?;
@@ -85,61 +75,61 @@ impl PerLightPass {
                 blend: &[add()],
                 samples: vk::SampleCountFlags::TYPE_1,
                 layout: layout.raw,
-                place: slot,
+                place: own.slot()?,
             },
         )?;
         Ok(Self { layout, pipeline, inputs })
     }
 
-    fn draw_rect(&self, recording: &FrameContext, rect: &LightRect) {
+    fn draw_rect(&self, context: &FrameContext, rect: &LightRect) {
         let [x, y] = rect.offset.map(|edge| edge as i32);
         let [width, height] = rect.extent;
         let rectangle = vk::Rect2D { offset: vk::Offset2D { x, y }, extent: vk::Extent2D { width, height } };
-        let scissor = recording.drawn_part(rectangle);
-        recording.push(self.layout.raw, vk::ShaderStageFlags::FRAGMENT, &rect.light);
+        let scissor = context.drawn_part(rectangle);
+        context.push(self.layout.raw, vk::ShaderStageFlags::FRAGMENT, &rect.light);
         // SAFETY: the pipeline is bound and its scissor dynamic; the vertex stage makes its three vertices from their index.
         unsafe {
-            recording.device.raw.cmd_set_scissor(recording.cmd, 0, &[scissor]);
-            recording.device.raw.cmd_draw(recording.cmd, 3, 1, 0, 0);
+            context.device.raw.cmd_set_scissor(context.cmd, 0, &[scissor]);
+            context.device.raw.cmd_draw(context.cmd, 3, 1, 0, 0);
         }
     }
 }
 
 impl PassRecorder for PerLightPass {
     /// Adds the lights. Runs inside LIGHTING's subpass, after its triangle.
-    fn record(&self, recording: &FrameContext) {
-        // Where no opaque surface is seen, every depth is that of the sky, which no light passes.
-        if recording.visible.draws.is_empty() && recording.culling.is_none() {
+    fn record(&self, context: &FrameContext) {
+        // Without opaque surfaces in view, every depth is the sky's, and no light passes the depth test.
+        if context.visible.draws.is_empty() && context.culling.is_none() {
             return;
         }
-        recording.bind_pipeline(self.pipeline.raw);
-        recording.bind_set(self.layout.raw, 0, recording.frame_set);
-        recording.bind_set(self.layout.raw, 1, self.inputs.set);
-        if let Some(shadow_set) = recording.shadow_set {
-            recording.bind_set(self.layout.raw, 2, shadow_set);
+        context.bind_pipeline(self.pipeline.raw);
+        context.bind_set(self.layout.raw, 0, context.frame_set);
+        context.bind_set(self.layout.raw, 1, self.inputs.set);
+        if let Some(shadow_set) = context.shadow_set {
+            context.bind_set(self.layout.raw, 2, shadow_set);
         }
-        match (&recording.visible.lights, &recording.scene.volumes) {
-            (LightWork::Draws(rects), _) => rects.iter().for_each(|rect| self.draw_rect(recording, rect)),
+        match (&context.visible.lights, &context.scene.volumes) {
+            (LightWork::Draws(rects), _) => rects.iter().for_each(|rect| self.draw_rect(context, rect)),
             (LightWork::Volumes(volumes), Some(meshes)) => {
                 let spheres = volumes.spheres as u32;
                 let cones = volumes.records.len() as u32 - spheres;
                 // SAFETY: pipeline and sets are bound; the buffer was made for vertices and holds both meshes, one after the other; the
                 // instances lie inside the list that this frame's set names.
                 unsafe {
-                    let raw = &recording.device.raw;
-                    raw.cmd_bind_vertex_buffers(recording.cmd, POSITION, &[meshes.corners.raw], &[0]);
+                    let raw = &context.device.raw;
+                    raw.cmd_bind_vertex_buffers(context.cmd, POSITION, &[meshes.corners.raw], &[0]);
                     if spheres > 0 {
-                        raw.cmd_draw(recording.cmd, meshes.sphere, spheres, 0, 0);
+                        raw.cmd_draw(context.cmd, meshes.sphere, spheres, 0, 0);
                     }
                     if cones > 0 {
-                        raw.cmd_draw(recording.cmd, meshes.cone, cones, meshes.sphere, spheres);
+                        raw.cmd_draw(context.cmd, meshes.cone, cones, meshes.sphere, spheres);
                     }
                 }
             }
             // No light reaches anything that is seen.
             _ => {}
         }
-        recording.set_area();
+        context.set_area();
     }
 
     fn rebind(&mut self, own: &Making) -> gpu::Result<()> {

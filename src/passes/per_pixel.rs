@@ -25,15 +25,6 @@ pub(super) fn sampled_gbuffer(plan: &FramePlan, read: Use) -> Vec<ResourceUse> {
         .collect()
 }
 
-/// Before it exists.
-pub struct PerPixelDesc<'a> {
-    pub name: &'a str,
-    pub shader: &'a Variant,
-    pub constants: &'a [(u32, u32)],
-    /// Of set 0.
-    pub frame_layout: vk::DescriptorSetLayout,
-}
-
 /// A compute pipeline with its images.
 pub struct PerPixelPass {
     name: String,
@@ -47,31 +38,31 @@ pub struct PerPixelPass {
 }
 
 impl PerPixelPass {
-    pub fn new(device: &Arc<Device>, desc: &PerPixelDesc, images: &[ImageBinding]) -> gpu::Result<Self> {
-        let name = desc.name;
-        let Some(entry) = desc.shader.compute() else {
+    /// Makes the pipeline, and a set with a descriptor for each image that the pass touches.
+    pub fn new(own: &Making, (name, shader): (&str, &Variant), constants: &[(u32, u32)]) -> gpu::Result<Self> {
+        let (device, images) = (own.device, own.images());
+        let Some(entry) = shader.compute() else {
             return Err(gpu::Error::Unsupported(format!("{name}.wgsl has no compute entry")));
         };
         let bindings: Vec<_> = images.iter().map(|image| binding(image.0, image.3, COMPUTE)).collect();
         let set_layout = SetLayout::new(device, name, &bindings)?;
-        let layout = pipeline_layout(device, name, &[desc.frame_layout, set_layout.raw], &[])?;
-        let stage =
-            ShaderStage { spirv: entry.spirv.words(), entry: entry.name, stage: COMPUTE, constants: desc.constants };
+        let layout = pipeline_layout(device, name, &[own.layouts.frame, set_layout.raw], &[])?;
+        let stage = ShaderStage { spirv: entry.spirv.words(), entry: entry.name, stage: COMPUTE, constants };
         let pipeline = compute_pipeline(device, name, &stage, layout.raw)?;
-        let (pool, set) = bound(device, name, &set_layout, images)?;
+        let (pool, set) = bound(device, name, &set_layout, &images)?;
         let [across, down, _] = entry.workgroup_size;
         Ok(Self { name: name.to_owned(), group: [across, down], layout, pipeline, set_layout, pool, set })
     }
 
-    /// For so many texels across and down. Runs outside any render pass.
-    pub fn dispatch(&self, recording: &FrameContext, size: [u32; 2]) {
-        let (raw, cmd, point) = (&recording.device.raw, recording.cmd, vk::PipelineBindPoint::COMPUTE);
+    /// Dispatches an invocation for each of `size` texels. Runs outside any render pass.
+    pub fn dispatch(&self, context: &FrameContext, size: [u32; 2]) {
+        let (raw, cmd, point) = (&context.device.raw, context.cmd, vk::PipelineBindPoint::COMPUTE);
         let [across, down] = std::array::from_fn(|axis| size[axis].div_ceil(self.group[axis]));
-        // SAFETY: `cmd` is being recorded outside a render pass; the sets are those of the layout, and the pass owns its own and outlives the
-        // submission. The shader looks at no texel outside its images.
+        // SAFETY: `cmd` is being recorded outside a render pass; the sets match the layout, and the pass owns its own and outlives the submission.
+        // The shader looks at no texel outside its images.
         unsafe {
             raw.cmd_bind_pipeline(cmd, point, self.pipeline.raw);
-            raw.cmd_bind_descriptor_sets(cmd, point, self.layout.raw, 0, &[recording.frame_set, self.set], &[]);
+            raw.cmd_bind_descriptor_sets(cmd, point, self.layout.raw, 0, &[context.frame_set, self.set], &[]);
             raw.cmd_dispatch(cmd, across, down, 1);
         }
     }
@@ -79,8 +70,8 @@ impl PerPixelPass {
 
 impl PassRecorder for PerPixelPass {
     /// Dispatches an invocation for every pixel.
-    fn record(&self, recording: &FrameContext) {
-        self.dispatch(recording, recording.size);
+    fn record(&self, context: &FrameContext) {
+        self.dispatch(context, context.size);
     }
 
     fn rebind(&mut self, own: &Making) -> gpu::Result<()> {

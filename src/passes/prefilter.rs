@@ -6,10 +6,10 @@ use std::sync::Arc;
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
 
-use super::{PassName, needed};
+use super::{Endpoint, compute_stage};
 use crate::gpu::sync::{Dependency, Layouts, SyncVersion, Use};
 use crate::gpu::{
-    self, CommandBuffer, DescriptorPool, Device, Image, Owned, SetLayout, SetWriter, ShaderStage, barrier, binding,
+    self, CommandBuffer, DescriptorPool, Device, Image, Owned, SetLayout, SetWriter, barrier, binding,
     compute_pipeline, pipeline_layout,
 };
 use crate::gpu_scene::{BASE_EDGE, LOBE_EDGE, LOBE_LEVELS, SkyMaps, TABLE_EDGE};
@@ -17,7 +17,7 @@ use crate::plan::SkyPlan;
 use crate::shaders::group_edge;
 use crate::shaders::prefilter::{self as shader, Flags};
 
-impl PassName {
+impl Endpoint {
     /// Computes the sky's diffuse and specular light when the sky is uploaded.
     pub const PREFILTER: Self = Self::beside("PREFILTER");
 }
@@ -83,7 +83,7 @@ struct PrefilterDispatch<'a> {
     push: PrefilterPush,
 }
 
-/// Fills what a sky lights by, in a submission of its own; nothing is waited for.
+/// Fills the maps of the sky's light, in a separate submission; does not wait for it.
 ///
 /// # Errors
 /// When there is no memory for it, or the device is lost.
@@ -146,7 +146,7 @@ pub fn submit(device: &Arc<Device>, sky: &SkyMaps, plan: &SkyPlan, order: Prefil
         work.record(device, (&pool, readable), sky, cmd.raw)?;
     }
     for image in images {
-        // Surfaces sample what it wrote.
+        // Surfaces sample the results.
         barrier::image_barrier(device, cmd.raw, image, order.readable, [general, readable]);
     }
     device.end_label(cmd.raw);
@@ -172,8 +172,6 @@ fn levels(lobe: &Image) -> gpu::Result<Vec<Owned<vk::ImageView>>> {
 
 impl PrefilterProgram {
     fn new(device: &Arc<Device>, flags: Flags) -> gpu::Result<Self> {
-        let entry = needed("prefilter", shader::variant, flags)?.compute();
-        let entry = entry.ok_or_else(|| gpu::Error::Unsupported("prefilter.wgsl has no compute entry".into()))?;
         let mut bindings = vec![binding(2, vk::DescriptorType::STORAGE_IMAGE, COMPUTE)];
         if flags != Flags::NONE {
             bindings.push(binding(0, vk::DescriptorType::SAMPLED_IMAGE, COMPUTE));
@@ -185,7 +183,7 @@ impl PrefilterProgram {
         let set_layout = SetLayout::new(device, &name, &bindings)?;
         let range = vk::PushConstantRange { stage_flags: COMPUTE, offset: 0, size: size_of::<PrefilterPush>() as u32 };
         let layout = pipeline_layout(device, &name, &[set_layout.raw], &[range])?;
-        let stage = ShaderStage { spirv: entry.spirv.words(), entry: entry.name, stage: COMPUTE, constants: &[] };
+        let stage = compute_stage("prefilter", shader::variant, flags, &[])?;
         let pipeline = compute_pipeline(device, &name, &stage, layout.raw)?;
         Ok(Self { set_layout, layout, pipeline })
     }

@@ -3,7 +3,7 @@
 
 use ash::vk;
 
-use super::{NO_WINDOW, Pass, PassName, Presence, Resource, ResourceUse, UseKind, shown};
+use super::{Endpoint, NO_WINDOW, Pass, Presence, Resource, ResourceUse, UseKind, shown};
 use crate::gpu::{
     Device, Image,
     sync::{Layouts, Use},
@@ -13,7 +13,7 @@ use crate::plan::PresentTarget;
 /// The first stage of a render pass that touches the swapchain's image, as an attachment. Presentation read the image before, and its semaphore has
 /// made that available.
 pub const ATTACH: Use = Use::new(vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags2::empty());
-/// The same where PRESENT is the first.
+/// The first stage of PRESENT, if PRESENT is the first to touch the swapchain's image.
 pub const BEGIN: Use = Use::new(vk::PipelineStageFlags2::TRANSFER, vk::AccessFlags2::empty());
 /// Writes every pixel of the image that the window shows.
 pub const WRITE: Use = Use::new(vk::PipelineStageFlags2::TRANSFER, vk::AccessFlags2::TRANSFER_WRITE);
@@ -22,7 +22,7 @@ pub const WRITE: Use = Use::new(vk::PipelineStageFlags2::TRANSFER, vk::AccessFla
 pub const READ: Use = Use::new(vk::PipelineStageFlags2::TRANSFER, vk::AccessFlags2::TRANSFER_READ);
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("PRESENT"),
+    name: Endpoint::pass("PRESENT"),
     time: "present",
     what: "copies the picture into the image that the window shows, enlarged where that is larger",
     presence: |plan| {

@@ -5,13 +5,14 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::{FrameContext, InputDescriptor, Making, Pass, PassName, PassRecorder, Resource, ResourceUse, culling};
+use super::{
+    Endpoint, FrameContext, InputDescriptor, Making, Pass, PassRecorder, Resource, ResourceUse, compute_stage, culling,
+};
 use crate::gpu::{
-    self, DescriptorPool, Device, Owned, SetLayout, SetWriter, ShaderStage, binding, compute_pipeline, pipeline_layout,
-    sync::Use,
+    self, DescriptorPool, Device, Owned, SetLayout, SetWriter, binding, compute_pipeline, pipeline_layout, sync::Use,
 };
 use crate::gpu_scene::CullingBuffers;
-use crate::plan::{FramePlan, Target};
+use crate::plan::Target;
 use crate::shaders::pyramid::{self as shader, Flags};
 
 /// Reads the depth of the largest objects.
@@ -20,7 +21,7 @@ pub const DEPTH_READ: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk
 pub const PYRAMID_WRITE: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_WRITE);
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("PYRAMID"),
+    name: Endpoint::pass("PYRAMID"),
     time: "pyramid",
     what: "the least depth of each square of the picture",
     presence: culling::hiding,
@@ -32,10 +33,7 @@ pub const PASS: Pass = Pass {
         ]
     },
     leave_out: None,
-    make: Some(|own| {
-        let culling = own.needed(own.culling)?;
-        Ok(Box::new(PyramidPass::new(own.device, own.plan, culling, &own.inputs())?))
-    }),
+    make: Some(|own| Ok(Box::new(PyramidPass::new(own)?))),
 };
 
 const COMPUTE: vk::ShaderStageFlags = vk::ShaderStageFlags::COMPUTE;
@@ -51,35 +49,23 @@ pub struct PyramidPass {
 }
 
 impl PyramidPass {
-    /// `inputs` has the depths.
-    ///
-    /// # Errors
-    /// When the device cannot compile the pipeline.
-    pub fn new(
-        device: &Arc<Device>,
-        plan: &FramePlan,
-        culling: &CullingBuffers,
-        inputs: &[InputDescriptor],
-    ) -> gpu::Result<Self> {
-        let entry = shader::variant(Flags::SAMPLES.when(plan.msaa > 1)).and_then(|variant| variant.compute());
-        let Some(entry) = entry else {
-            return Err(gpu::Error::Unsupported("pyramid.wgsl has no compute entry".into()));
-        };
+    fn new(own: &Making) -> gpu::Result<Self> {
+        let &Making { device, plan, .. } = own;
         let bindings = [0, 1].map(|index| binding(index, KINDS[index as usize], COMPUTE));
         let set_layout = SetLayout::new(device, "pyramid", &bindings)?;
         let layout = pipeline_layout(device, "pyramid", &[set_layout.raw], &[])?;
-        let stage = ShaderStage { spirv: entry.spirv.words(), entry: entry.name, stage: COMPUTE, constants: &[] };
+        let stage = compute_stage("pyramid", shader::variant, Flags::SAMPLES.when(plan.msaa > 1), &[])?;
         let pipeline = compute_pipeline(device, "pyramid", &stage, layout.raw)?;
-        let (pool, set) = bound(device, &set_layout, culling, inputs)?;
+        let (pool, set) = bound(device, &set_layout, own.needed(own.culling)?, &own.inputs())?;
         Ok(Self { layout, pipeline, set_layout, pool, set })
     }
 }
 
 impl PassRecorder for PyramidPass {
     /// Runs outside any render pass.
-    fn record(&self, recording: &FrameContext) {
-        let Some(culling) = recording.culling else { return };
-        let (raw, cmd, point) = (&recording.device.raw, recording.cmd, vk::PipelineBindPoint::COMPUTE);
+    fn record(&self, context: &FrameContext) {
+        let Some(culling) = context.culling else { return };
+        let (raw, cmd, point) = (&context.device.raw, context.cmd, vk::PipelineBindPoint::COMPUTE);
         let [across, down] = culling.tiles();
         // SAFETY: `cmd` is being recorded outside a render pass; the set is of the layout. The pyramid has room for so many tiles.
         unsafe {

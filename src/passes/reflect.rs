@@ -1,12 +1,10 @@
 //! REFLECT: a ray of each smooth surface's lobe, marched through the stored depth, and the light of the pixel that it meets.
 
-use std::sync::Arc;
-
 use ash::vk;
 
-use super::per_pixel::{ImageBinding, PerPixelDesc, PerPixelPass, sampled_gbuffer};
-use super::{Pass, PassName, Presence, ResourceUse, frame_data, needed};
-use crate::gpu::{self, Device, sync::Use};
+use super::per_pixel::{PerPixelPass, sampled_gbuffer};
+use super::{Endpoint, Pass, Presence, ResourceUse, frame_data, needed};
+use crate::gpu::sync::Use;
 use crate::plan::{FramePlan, HIZ, RAYS, ReflectionPlan, Target};
 use crate::scene::Reflections;
 use crate::shaders::reflect::{self as shader, Flags, constants};
@@ -21,7 +19,7 @@ pub const HIZ_READ: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::
 pub const RAYS_WRITE: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_WRITE);
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("REFLECT"),
+    name: Endpoint::pass("REFLECT"),
     time: "reflect",
     what: "a ray of each smooth pixel through the depth buffer, and the light that it meets",
     presence: |plan| match &plan.effects.reflections {
@@ -39,24 +37,11 @@ pub const PASS: Pass = Pass {
         touches
     },
     leave_out: Some(|settings| settings.reflections = Reflections::Off),
-    make: Some(|own| Ok(Box::new(new(own.device, own.plan, own.layouts.frame, &own.images())?))),
+    make: Some(|own| {
+        let shader = needed("reflect", shader::variant, flags(own.plan))?;
+        Ok(Box::new(PerPixelPass::new(own, ("reflect", shader), &constants_of(own.plan))?))
+    }),
 };
-
-/// `images` are the G-buffer, the lit picture, the pyramid, and the written image.
-pub fn new(
-    device: &Arc<Device>,
-    plan: &FramePlan,
-    frame_layout: vk::DescriptorSetLayout,
-    images: &[ImageBinding],
-) -> gpu::Result<PerPixelPass> {
-    let desc = PerPixelDesc {
-        name: "reflect",
-        shader: needed("reflect", shader::variant, flags(plan))?,
-        constants: &constants_of(plan),
-        frame_layout,
-    };
-    PerPixelPass::new(device, &desc, images)
-}
 
 /// Returns the shader variant of a plan.
 pub(crate) fn flags(plan: &FramePlan) -> Flags {

@@ -1,30 +1,28 @@
-//! REFLECT_RESOLVE: adds the findings of a pixel's rays and of those around it, weighted by the pixel's lobe, to its light. They replace the sky's
-//! and the ambient light that the pixel has for this share of the lobe.
-
-use std::sync::Arc;
+//! REFLECT_RESOLVE: adds the light found by the rays of a pixel and of its neighbours to the pixel's light, weighted by its lobe. It replaces the sky
+//! light and the ambient light that the pixel has for this share of the lobe.
 
 use ash::vk;
 
-use super::per_pixel::{ImageBinding, PerPixelDesc, PerPixelPass, sampled_gbuffer};
-use super::{Pass, PassName, Presence, Resource, ResourceUse, frame_data, needed};
-use crate::gpu::{self, Device, sync::Use};
+use super::per_pixel::{PerPixelPass, sampled_gbuffer};
+use super::{Endpoint, Pass, Presence, Resource, ResourceUse, frame_data, needed};
+use crate::gpu::sync::Use;
 use crate::plan::{FramePlan, RAYS, Target};
 use crate::shaders::reflect_resolve::{self as shader, Flags, constants};
 
-/// Reads the G-buffer of its pixel, and the depth of those around it.
+/// Reads the G-buffer at the pixel, and the depth of neighbouring pixels.
 pub const GBUFFER_READ: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_READ);
-/// Reads the hits of the rays of its pixel and of those around it.
+/// Reads the ray hits of the pixel and of its neighbours.
 pub const RAYS_READ: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_READ);
 /// Samples the light that surfaces collect of the sky.
 pub const SKY_READ: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_READ);
-/// Adds to the light of its own pixel.
+/// Adds to the pixel's light.
 pub const LIGHT_BLEND: Use = Use::new(
     vk::PipelineStageFlags2::COMPUTE_SHADER,
     vk::AccessFlags2::from_raw(vk::AccessFlags2::SHADER_READ.as_raw() | vk::AccessFlags2::SHADER_WRITE.as_raw()),
 );
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("REFLECT_RESOLVE"),
+    name: Endpoint::pass("REFLECT_RESOLVE"),
     time: "reflect resolve",
     what: "what rays found around each pixel, as its lobe mirrors it, in the place of the sky's light",
     presence: |plan| {
@@ -47,24 +45,11 @@ pub const PASS: Pass = Pass {
         touches
     },
     leave_out: None,
-    make: Some(|own| Ok(Box::new(new(own.device, own.plan, own.layouts.frame, &own.images())?))),
+    make: Some(|own| {
+        let shader = needed("reflect_resolve", shader::variant, flags(own.plan))?;
+        Ok(Box::new(PerPixelPass::new(own, ("reflect_resolve", shader), &constants_of(own.plan))?))
+    }),
 };
-
-/// `images` are the G-buffer, REFLECT's hits, and the light as it is stored to.
-pub fn new(
-    device: &Arc<Device>,
-    plan: &FramePlan,
-    frame_layout: vk::DescriptorSetLayout,
-    images: &[ImageBinding],
-) -> gpu::Result<PerPixelPass> {
-    let desc = PerPixelDesc {
-        name: "reflect_resolve",
-        shader: needed("reflect_resolve", shader::variant, flags(plan))?,
-        constants: &constants_of(plan),
-        frame_layout,
-    };
-    PerPixelPass::new(device, &desc, images)
-}
 
 /// Returns the shader variant of a plan.
 pub(crate) fn flags(plan: &FramePlan) -> Flags {

@@ -1,17 +1,12 @@
 //! SCATTER: the light in each of the fog's froxels, by compute: of lamps and the sun with their shadow maps, and ambient light.
 
-use std::sync::Arc;
-
 use ash::vk;
 
 use super::{
-    FrameContext, Pass, PassName, PassRecorder, Presence, Resource, ResourceUse, SetLayouts, air, frame_data,
-    light_maps, needed,
+    Endpoint, FrameContext, Making, Pass, PassRecorder, Presence, Resource, ResourceUse, air, compute_stage,
+    frame_data, light_maps,
 };
-use crate::gpu::{
-    self, Buffer, Device, Location, MemoryKind, Owned, SetLayout, ShaderStage, compute_pipeline, pipeline_layout,
-    sync::Use,
-};
+use crate::gpu::{self, Buffer, Location, MemoryKind, Owned, SetLayout, compute_pipeline, pipeline_layout, sync::Use};
 use crate::plan::{FramePlan, FroxelPlan};
 use crate::scene::{Fog, ShadowFilter};
 use crate::shaders::group_edge;
@@ -23,7 +18,7 @@ pub const LIGHT_WRITE: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, v
 pub const MAP_READ: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_READ);
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("SCATTER"),
+    name: Endpoint::pass("SCATTER"),
     time: "scatter",
     what: "the light that each froxel of fog scatters",
     presence: |plan| Presence::of(plan.froxels(), plan.lack_of_froxels()),
@@ -32,10 +27,7 @@ pub const PASS: Pass = Pass {
         [frame_data(), light].into_iter().chain(light_maps(plan, MAP_READ)).collect()
     },
     leave_out: Some(|settings| settings.fog = Fog::Height),
-    make: Some(|own| {
-        let planned = own.needed(own.plan.froxels())?;
-        Ok(Box::new(ScatterPass::new(own.device, (own.plan, planned), own.layouts)?))
-    }),
+    make: Some(|own| Ok(Box::new(ScatterPass::new(own)?))),
 };
 
 /// Edge of a work group in froxels.
@@ -52,28 +44,15 @@ pub struct ScatterPass {
 }
 
 impl ScatterPass {
-    /// # Errors
-    /// When the device cannot compile the pipeline.
-    pub fn new(
-        device: &Arc<Device>,
-        (plan, planned): (&FramePlan, &FroxelPlan),
-        layouts: SetLayouts,
-    ) -> gpu::Result<Self> {
-        let entry = needed("scatter", shader::variant, flags(plan))?.compute();
-        let Some(entry) = entry else {
-            return Err(gpu::Error::Unsupported("scatter.wgsl has no compute entry".into()));
-        };
+    fn new(own: &Making) -> gpu::Result<Self> {
+        let &Making { device, plan, layouts, .. } = own;
+        let planned = own.needed(plan.froxels())?;
         // Shadow maps are in set 2, and nothing is in set 1.
         let empty = SetLayout::new(device, "scatter, nothing", &[])?;
         let sets: Vec<_> = [layouts.frame, empty.raw].into_iter().chain(layouts.shadows).collect();
         let layout = pipeline_layout(device, "scatter", &sets, &[])?;
         let constants = constants_of(plan, planned);
-        let stage = ShaderStage {
-            spirv: entry.spirv.words(),
-            entry: entry.name,
-            stage: vk::ShaderStageFlags::COMPUTE,
-            constants: &constants,
-        };
+        let stage = compute_stage("scatter", shader::variant, flags(plan), &constants)?;
         let pipeline = compute_pipeline(device, "scatter", &stage, layout.raw)?;
         let (bytes, usage) = (planned.bytes(), vk::BufferUsageFlags::STORAGE_BUFFER);
         let froxels = Buffer::new(device, "froxels of fog", bytes, usage, Location::Device, MemoryKind::Attachment)?;
@@ -83,15 +62,15 @@ impl ScatterPass {
 
 impl PassRecorder for ScatterPass {
     /// Runs outside any render pass.
-    fn record(&self, recording: &FrameContext) {
-        let (raw, cmd, point) = (&recording.device.raw, recording.cmd, vk::PipelineBindPoint::COMPUTE);
+    fn record(&self, context: &FrameContext) {
+        let (raw, cmd, point) = (&context.device.raw, context.cmd, vk::PipelineBindPoint::COMPUTE);
         let [across, down, deep] = self.groups;
-        // SAFETY: `cmd` is being recorded outside a render pass; the sets are those of the layout, and the pass outlives the submission. The
-        // shader writes no froxel beyond those of the plan, for which the buffer has room.
+        // SAFETY: `cmd` is being recorded outside a render pass; the sets are those of the layout, and the pass outlives the submission. The shader
+        // writes no froxel beyond the plan's grid, for which the buffer has room.
         unsafe {
             raw.cmd_bind_pipeline(cmd, point, self.pipeline.raw);
-            raw.cmd_bind_descriptor_sets(cmd, point, self.layout.raw, 0, &[recording.frame_set], &[]);
-            if let Some(shadows) = recording.shadow_set {
+            raw.cmd_bind_descriptor_sets(cmd, point, self.layout.raw, 0, &[context.frame_set], &[]);
+            if let Some(shadows) = context.shadow_set {
                 raw.cmd_bind_descriptor_sets(cmd, point, self.layout.raw, 2, &[shadows], &[]);
             }
             raw.cmd_dispatch(cmd, across, down, deep);

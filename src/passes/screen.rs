@@ -38,13 +38,13 @@ impl Screen {
         Self::multisampled(device, desc, vk::SampleCountFlags::TYPE_1)
     }
 
-    /// Into attachments of so many samples a pixel.
+    /// Makes a pipeline for attachments of `samples` samples a pixel.
     pub fn multisampled(device: &Arc<Device>, desc: &ScreenDesc, samples: vk::SampleCountFlags) -> gpu::Result<Self> {
         // The triangle lies at depth 0: LESS lets surfaces nearer than infinity through.
         Self::tested(device, desc, desc.skip_sky.then_some(vk::CompareOp::LESS), samples)
     }
 
-    /// The same over the sky alone: where depth has the value of its clear.
+    /// Makes a pipeline that draws over the sky only: where depth equals its clear value.
     pub fn behind(device: &Arc<Device>, desc: &ScreenDesc, samples: vk::SampleCountFlags) -> gpu::Result<Self> {
         Self::tested(device, desc, Some(vk::CompareOp::EQUAL), samples)
     }
@@ -81,16 +81,16 @@ impl Screen {
         Ok(Self { layout, pipeline })
     }
 
-    pub fn record(&self, recording: &FrameContext, sets: &[(u32, vk::DescriptorSet)]) {
-        recording.bind_pipeline(self.pipeline.raw);
+    pub fn record(&self, context: &FrameContext, sets: &[(u32, vk::DescriptorSet)]) {
+        context.bind_pipeline(self.pipeline.raw);
         for &(index, set) in sets {
-            recording.bind_set(self.layout.raw, index, set);
+            context.bind_set(self.layout.raw, index, set);
         }
         // SAFETY: pipeline and sets are bound; the vertex stage makes its three vertices from their index.
-        unsafe { recording.device.raw.cmd_draw(recording.cmd, 3, 1, 0, 0) };
+        unsafe { context.device.raw.cmd_draw(context.cmd, 3, 1, 0, 0) };
     }
 
-    /// The same outside of a frame's own passes, over this part of an attachment, with one set.
+    /// Draws outside of a frame's own passes, over this part of an attachment, with one set.
     pub fn record_over(&self, device: &Device, cmd: vk::CommandBuffer, area: vk::Rect2D, set: vk::DescriptorSet) {
         let [width, height] = [area.extent.width, area.extent.height].map(|edge| edge as f32);
         let viewport = vk::Viewport { width, height, max_depth: 1.0, ..vk::Viewport::default() };
@@ -141,7 +141,7 @@ impl InputSet {
         Ok(Self { name: name.to_owned(), set_layout, set, pool })
     }
 
-    /// The same attachments, but other images. The set is a new one: frames that are under way may still read the old.
+    /// Binds other images for the same attachments. The set is a new one, as frames in flight may still read the old set.
     pub fn rebind(&mut self, device: &Arc<Device>, inputs: &[InputDescriptor]) -> gpu::Result<()> {
         let pool = input_pool(device, &self.name, inputs.len().max(1) as u32)?;
         self.set = input_set(device, &self.name, (&pool, &self.set_layout), inputs)?;
@@ -169,8 +169,8 @@ fn input_set(
     Ok(set)
 }
 
-/// A render pass of its own over images of the swapchain, for the passes of a window's frame after its picture. Images are drawn into in the layout
-/// in which they lie before and after it: barriers around the pass change that, rows of the table.
+/// A separate render pass over images of the swapchain, for the passes of a window's frame after its picture. The images keep their layout throughout
+/// the render pass; barriers around it, which are rows of the table, change the layout.
 pub struct WindowPass {
     pub device: Arc<Device>,
     pub format: vk::Format,
@@ -184,7 +184,7 @@ pub struct WindowPass {
 }
 
 impl WindowPass {
-    /// For images of this format; `load` decides on their content.
+    /// Makes the pass for images of `format`; `load` is the load operation.
     pub fn new(
         device: &Arc<Device>,
         name: &'static str,
@@ -301,9 +301,9 @@ fn picture_before(own: &Making, target: Target) -> vk::ImageView {
 
 impl PassRecorder for RedrawPass {
     /// Draws the picture. Runs inside its render pass.
-    fn record(&self, recording: &FrameContext) {
-        recording.set_area();
-        self.screen.record(recording, &[(0, self.set)]);
+    fn record(&self, context: &FrameContext) {
+        context.set_area();
+        self.screen.record(context, &[(0, self.set)]);
     }
 
     /// Samples another image, as of another size.

@@ -1,4 +1,4 @@
-//! SHADOW: depth maps of lights. Each map that is to be drawn has a render pass of its own.
+//! SHADOW: depth maps of lights. Each map to be drawn has a separate render pass.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -11,15 +11,15 @@ use super::casters::{self, PUSH_STAGES, streams};
 use super::spirv::with_cells;
 use super::surface::textured_stages;
 use super::{
-    ContentsIfFirst, EARLY_DEPTH_WRITE, FrameContext, LATE_DEPTH_WRITE, MapRecording, MeshDraws, Pass, PassName,
-    PassRecorder, Presence, Resource, ResourceUse, Slot, UseKind, frame_data, meshes, needed,
+    ContentsIfFirst, EARLY_DEPTH_WRITE, Endpoint, FrameContext, LATE_DEPTH_WRITE, Making, MapRecording, MeshDraws,
+    Pass, PassRecorder, Presence, Resource, ResourceUse, Slot, UseKind, frame_data, meshes, needed,
 };
 use crate::gpu::{self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, pipeline_layout, sync::Use};
-use crate::gpu_scene::{GpuScene, HOLES};
-use crate::plan::{DEPTH, Extras, ShadowPlan};
+use crate::gpu_scene::HOLES;
+use crate::plan::{DEPTH, Extras};
 use crate::scene::{AlphaMode, CastsShadow, TextureSlot};
 use crate::shaders::shadow::{self as shader, Flags, constants};
-use crate::visible::{Caster, World, WorldObject};
+use crate::visible::{Caster, WorldObject};
 
 /// Clears a map's square, before it is tested and drawn into.
 pub const MAP_CLEAR: Use = EARLY_DEPTH_WRITE;
@@ -27,7 +27,7 @@ pub const MAP_CLEAR: Use = EARLY_DEPTH_WRITE;
 pub const MAP_STORE: Use = LATE_DEPTH_WRITE;
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("SHADOW"),
+    name: Endpoint::pass("SHADOW"),
     time: "shadow",
     what: "depth maps of lights, a render pass each, those in which something has moved",
     presence: |plan| match &plan.shadow {
@@ -42,10 +42,7 @@ pub const PASS: Pass = Pass {
         [map, frame_data()].into_iter().chain(meshes(plan)).collect()
     },
     leave_out: None,
-    make: Some(|own| {
-        let planned = own.needed(own.plan.shadow.as_ref())?;
-        Ok(Box::new(ShadowPass::new(own.device, planned, own.slot()?, own.scene, own.world)?))
-    }),
+    make: Some(|own| Ok(Box::new(ShadowPass::new(own)?))),
 };
 
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
@@ -66,12 +63,12 @@ const _: () = {
     assert!(offset_of!(ShadowPush, uv_rows) == wgsl::UV_X);
 };
 
-/// All that sets one pipeline of the pass apart from another.
+/// Key of the pass's pipelines.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct CasterKey {
-    /// Its texture cuts holes.
+    /// The material's texture cuts holes.
     masked: bool,
-    /// So does the alpha of its vertices, or the texture lies on it in another way than as its first coordinates say.
+    /// Vertex alpha cuts holes too, or the texture is not mapped by the first set of coordinates as it is.
     extras: Extras,
     /// Only faces that are turned to the light cast.
     front: bool,
@@ -94,7 +91,7 @@ impl CasterKey {
         }
     }
 
-    /// Its pipeline has a fragment stage.
+    /// Returns true if the pipeline needs a fragment stage.
     fn has_holes(self) -> bool {
         self.masked || self.extras.any()
     }
@@ -103,15 +100,15 @@ impl CasterKey {
 /// The pass: a pipeline for each kind of caster.
 pub struct ShadowPass {
     plain_layout: Owned<vk::PipelineLayout>,
-    /// For casters with holes of a texture, where the scene has some.
+    /// Layout for casters with holes in their texture, if the scene has any.
     masked_layout: Option<Owned<vk::PipelineLayout>>,
     pipelines: BTreeMap<CasterKey, Owned<vk::Pipeline>>,
-    /// Scales the slope bias, which the settings of each frame say.
+    /// Scales the slope bias, which each frame's settings give.
     bias_scale: f32,
     clamp: bool,
 }
 
-/// A layer of the maps: the drawn square is cleared, the rest of the layer stays. Between passes it is readable.
+/// A layer of the maps: the drawn square is cleared, the rest of the layer stays. The map is readable between passes.
 pub fn attachment() -> vk::AttachmentDescription {
     vk::AttachmentDescription::default()
         .format(DEPTH)
@@ -123,13 +120,9 @@ pub fn attachment() -> vk::AttachmentDescription {
 }
 
 impl ShadowPass {
-    pub fn new(
-        device: &Arc<Device>,
-        plan: &ShadowPlan,
-        slot: &Slot,
-        scene: &GpuScene,
-        world: &World,
-    ) -> gpu::Result<Self> {
+    fn new(own: &Making) -> gpu::Result<Self> {
+        let &Making { device, scene, world, .. } = own;
+        let (plan, slot) = (own.needed(own.plan.shadow.as_ref())?, own.slot()?);
         let range = vk::PushConstantRange { stage_flags: PUSH_STAGES, offset: 0, size: size_of::<ShadowPush>() as u32 };
         let plain_layout = pipeline_layout(device, "shadow layout", &[], &[range])?;
         let holes = scene.materials.as_ref().and_then(|materials| materials.layout(HOLES));
@@ -171,15 +164,15 @@ impl ShadowPass {
         }
     }
 
-    fn draw(&self, recording: &FrameContext, map: &MapRecording) {
+    fn draw(&self, context: &FrameContext, map: &MapRecording) {
         let &MapRecording { view, casters, mut first, .. } = map;
         // The streams that some caster needs are bound at once: a draw without holes fetches positions alone.
-        let keys = casters.iter().map(|own| CasterKey::of(&recording.world.objects[own.object], false));
+        let keys = casters.iter().map(|own| CasterKey::of(&context.world.objects[own.object], false));
         let streams: BTreeSet<u32> = keys.flat_map(|key| streams(key.masked, key.extras)).copied().collect();
         let streams: Vec<u32> = streams.into_iter().collect();
-        let mut meshes = MeshDraws::of_casters(recording, &streams);
+        let mut meshes = MeshDraws::of_casters(context, &streams);
         let mut bound: (Option<CasterKey>, Option<(usize, u32)>) = (None, None);
-        let object_of = |caster: &Caster| &recording.world.objects[caster.object];
+        let object_of = |caster: &Caster| &context.world.objects[caster.object];
         let one_draw = |a: &Caster, b: &Caster| {
             a.level == b.level && ShadowBatch::of(object_of(a)) == ShadowBatch::of(object_of(b))
         };
@@ -189,19 +182,19 @@ impl ShadowPass {
             let layout = self.layout(key);
             if bound.0 != Some(key) {
                 // There is one for each object that casts.
-                recording.bind_pipeline(self.pipelines[&key].raw);
+                context.bind_pipeline(self.pipelines[&key].raw);
                 bound = (Some(key), None);
             }
             let material = object.material_set();
             if key.masked && bound.1 != Some(material) {
-                let set = recording.scene.materials.as_ref().and_then(|materials| materials.holes(material));
+                let set = context.scene.materials.as_ref().and_then(|materials| materials.holes(material));
                 if let Some(set) = set {
-                    recording.bind_set(layout, 0, set);
+                    context.bind_set(layout, 0, set);
                 }
                 bound.1 = Some(material);
             }
             if key.has_holes() {
-                recording.push(layout, PUSH_STAGES, &push(recording, object));
+                context.push(layout, PUSH_STAGES, &push(context, object));
             }
             meshes.draw(object, casters[0].level, None, first..first + count);
             first += count;
@@ -211,16 +204,16 @@ impl ShadowPass {
 
 impl PassRecorder for ShadowPass {
     /// Draws one map, in its render pass.
-    fn record(&self, recording: &FrameContext) {
-        let Some(map) = &recording.map else { return };
-        recording.set_area();
+    fn record(&self, context: &FrameContext) {
+        let Some(map) = &context.map else { return };
+        context.set_area();
         // ANCHOR: slope-bias
         // Reversed depth: farther from the light is less.
-        let slope_bias = -recording.world.shadows.slope_bias * self.bias_scale;
+        let slope_bias = -context.world.shadows.slope_bias * self.bias_scale;
         // SAFETY: depth bias is dynamic in every pipeline of the pass.
-        unsafe { recording.device.raw.cmd_set_depth_bias(recording.cmd, 0.0, 0.0, slope_bias) };
+        unsafe { context.device.raw.cmd_set_depth_bias(context.cmd, 0.0, 0.0, slope_bias) };
         // ANCHOR_END: slope-bias
-        self.draw(recording, map);
+        self.draw(context, map);
     }
 }
 
@@ -243,8 +236,8 @@ impl ShadowBatch {
 }
 
 /// Returns the push constants by which a caster's material cuts holes.
-fn push(recording: &FrameContext, object: &WorldObject) -> ShadowPush {
-    let material = &recording.world.materials[object.material];
+fn push(context: &FrameContext, object: &WorldObject) -> ShadowPush {
+    let material = &context.world.materials[object.material];
     ShadowPush {
         alpha: material.alpha,
         alpha_cutoff: match material.alpha_mode {
@@ -252,7 +245,7 @@ fn push(recording: &FrameContext, object: &WorldObject) -> ShadowPush {
             AlphaMode::Opaque | AlphaMode::Blend | AlphaMode::Glass | AlphaMode::Coat => 0.0,
         },
         _padding: [0.0; 2],
-        uv_rows: recording.textures.uv_rows(
+        uv_rows: context.textures.uv_rows(
             object.material,
             TextureSlot::BaseColor,
             &material.uv_maps[TextureSlot::BaseColor as usize],

@@ -7,11 +7,11 @@ use ash::vk;
 
 use super::screen::{Screen, ScreenDesc, replace};
 use super::{
-    COLOR_READ, COLOR_WRITE, ContentsIfFirst, FrameContext, Making, Pass, PassName, PassRecorder, Presence, Resource,
-    ResourceUse, SAMPLED, Slot, needed,
+    COLOR_READ, COLOR_WRITE, ContentsIfFirst, Endpoint, FrameContext, Making, Pass, PassRecorder, Presence, Resource,
+    ResourceUse, SAMPLED, needed,
 };
 use crate::gpu::{self, Buffer, DescriptorPool, Device, SetLayout, SetWriter, binding, sync::Use};
-use crate::plan::{FramePlan, TAA_MEAN, TaaPlan, Target};
+use crate::plan::{TAA_MEAN, Target};
 use crate::shaders::sharpen::{self as shader, Flags, constants};
 
 /// Reads what TAA wrote, of a pixel and its neighbours.
@@ -20,7 +20,7 @@ pub const HISTORY_READ: Use = SAMPLED;
 pub const LIGHT_WRITE: Use = COLOR_WRITE.or(COLOR_READ);
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("SHARPEN"),
+    name: Endpoint::pass("SHARPEN"),
     time: "sharpen",
     what: "what was averaged over time, as light again, and sharpened",
     presence: |plan| Presence::when(plan.averages_over_time(), "asked for", plan.reasons.lack_of("TAA")),
@@ -32,10 +32,7 @@ pub const PASS: Pass = Pass {
         ]
     },
     leave_out: None,
-    make: Some(|own| {
-        let planned = own.needed(own.plan.effects.taa.as_ref())?;
-        Ok(Box::new(SharpenPass::new(own.device, own.plan, planned, own.slot()?, histories(own)?)?))
-    }),
+    make: Some(|own| Ok(Box::new(SharpenPass::new(own)?))),
 };
 
 /// The pass.
@@ -43,27 +40,21 @@ pub struct SharpenPass {
     screen: Screen,
     layout: SetLayout,
     pool: DescriptorPool,
-    /// Of frames in flight, by their places.
+    /// Descriptor sets of the frames in flight, by frame index.
     sets: [vk::DescriptorSet; 2],
 }
 
 impl SharpenPass {
-    /// # Errors
-    /// When the device cannot compile a pipeline.
-    pub fn new(
-        device: &Arc<Device>,
-        plan: &FramePlan,
-        planned: &TaaPlan,
-        slot: &Slot,
-        histories: [&Buffer; 2],
-    ) -> gpu::Result<Self> {
+    fn new(own: &Making) -> gpu::Result<Self> {
+        let &Making { device, plan, .. } = own;
+        let planned = own.needed(plan.effects.taa.as_ref())?;
         let kind = vk::DescriptorType::STORAGE_BUFFER;
         let layout = SetLayout::new(device, "sharpen", &[binding(0, kind, vk::ShaderStageFlags::FRAGMENT)])?;
         let screen = Screen::new(
             device,
             &ScreenDesc {
                 name: "sharpen",
-                slot,
+                slot: own.slot()?,
                 shader: needed("sharpen", shader::variant, Flags::NONE)?,
                 constants: &[
                     (constants::SHARPNESS, planned.sharpness.to_bits()),
@@ -76,17 +67,17 @@ impl SharpenPass {
                 blend: replace(),
             },
         )?;
-        let (pool, sets) = bound(device, &layout, histories)?;
+        let (pool, sets) = bound(device, &layout, histories(own)?)?;
         Ok(Self { screen, layout, pool, sets })
     }
 }
 
 impl PassRecorder for SharpenPass {
     /// Runs inside its subpass.
-    fn record(&self, recording: &FrameContext) {
+    fn record(&self, context: &FrameContext) {
         // TAA has left no viewport.
-        recording.set_area();
-        self.screen.record(recording, &[(0, self.sets[recording.place])]);
+        context.set_area();
+        self.screen.record(context, &[(0, self.sets[context.in_flight])]);
     }
 
     fn rebind(&mut self, own: &Making) -> gpu::Result<()> {

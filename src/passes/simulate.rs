@@ -1,4 +1,4 @@
-//! SIMULATE: where each particle of the frame is, what it looks like and how it is lit, by compute.
+//! SIMULATE: computes the position, look and light of each particle in this frame.
 
 use std::sync::Arc;
 
@@ -6,12 +6,12 @@ use ash::vk;
 use bytemuck::{Pod, Zeroable};
 
 use super::{
-    FrameContext, Pass, PassName, PassRecorder, Presence, Resource, ResourceUse, SetLayouts, frame_data, light_maps,
-    needed,
+    Endpoint, FrameContext, Pass, PassRecorder, Presence, Resource, ResourceUse, SetLayouts, compute_stage, frame_data,
+    light_maps,
 };
 use crate::gpu::{
-    self, Buffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter, ShaderStage, binding,
-    compute_pipeline, pipeline_layout, sync::Use,
+    self, Buffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter, binding, compute_pipeline,
+    pipeline_layout, sync::Use,
 };
 use crate::plan::{FramePlan, PARTICLES, ParticlePlan, sort_places};
 use crate::shaders::simulate::{self as shader, Flags, constants};
@@ -23,7 +23,7 @@ pub const STATE_WRITE: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, v
 pub const MAP_READ: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_READ);
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("SIMULATE"),
+    name: Endpoint::pass("SIMULATE"),
     time: "simulate",
     what: "particles of the moment, lit",
     presence: |plan| Presence::of(plan.effects.particles.as_ref(), "no particles are drawn"),
@@ -72,7 +72,7 @@ const _: () = {
     assert!(offset_of!(EmitterRecord, emissions) == wgsl::EMISSIONS);
 };
 
-/// Its output: one of each for all frames in flight.
+/// Output of the pass, shared by all frames in flight.
 struct ParticleBuffers {
     states: Buffer,
     /// The keys, if particles are sorted.
@@ -137,10 +137,6 @@ impl SimulatePass {
             Ok(set)
         };
         let sets = emitters.iter().enumerate().map(set).collect::<gpu::Result<_>>()?;
-        let entry = needed("simulate", shader::variant, flags(plan))?.compute();
-        let Some(entry) = entry else {
-            return Err(gpu::Error::Unsupported("simulate.wgsl has no compute entry".into()));
-        };
         let range = vk::PushConstantRange { stage_flags: COMPUTE, offset: 0, size: shader::push::SIZE as u32 };
         let all: Vec<_> = [layouts.frame, set_layout.raw].into_iter().chain(layouts.shadows).collect();
         let layout = pipeline_layout(device, "simulate", &all, &[range])?;
@@ -154,8 +150,7 @@ impl SimulatePass {
             (constants::LARGEST, plan.largest_light().to_bits()),
             (constants::COUNTS, u32::from(planned.counts)),
         ];
-        let stage =
-            ShaderStage { spirv: entry.spirv.words(), entry: entry.name, stage: COMPUTE, constants: &constants };
+        let stage = compute_stage("simulate", shader::variant, flags(plan), &constants)?;
         let pipeline = compute_pipeline(device, "simulate", &stage, layout.raw)?;
         Ok(Self { buffers, emitters, sets, layout, pipeline, _set_layout: set_layout, _pool: pool })
     }
@@ -163,17 +158,17 @@ impl SimulatePass {
 
 impl PassRecorder for SimulatePass {
     /// Runs outside any render pass.
-    fn record(&self, recording: &FrameContext) {
-        let count = recording.visible.emitters.count;
+    fn record(&self, context: &FrameContext) {
+        let count = context.visible.emitters.count;
         if count == 0 {
             return;
         }
         let places = if self.buffers.keys.is_some() { sort_places(count) } else { 0 };
-        let (raw, cmd, point) = (&recording.device.raw, recording.cmd, vk::PipelineBindPoint::COMPUTE);
-        let particles = &recording.visible.emitters;
+        let (raw, cmd, point) = (&context.device.raw, context.cmd, vk::PipelineBindPoint::COMPUTE);
+        let particles = &context.visible.emitters;
         let push = SimulatePush { count: particles.count, places, emitters: particles.records.len() as u32 };
         let sets: Vec<_> =
-            [recording.frame_set, self.sets[recording.place]].into_iter().chain(recording.shadow_set).collect();
+            [context.frame_set, self.sets[context.in_flight]].into_iter().chain(context.shadow_set).collect();
         let groups = particles.count.max(places).div_ceil(GROUP);
         // SAFETY: `cmd` is being recorded outside a render pass; sets and push constants are those of the layout. The pass owns the buffers and
         // outlives the submission; they have room for all particles and keys of the plan.

@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::{FrameContext, Pass, PassName, PassRecorder, Presence, Resource, ResourceUse};
+use super::{Endpoint, FrameContext, Pass, PassRecorder, Presence, Resource, ResourceUse, compute_stage};
 use crate::gpu::{
-    self, Buffer, DescriptorPool, Device, Owned, SetLayout, SetWriter, ShaderStage, binding, compute_pipeline,
-    pipeline_layout, sync::Use,
+    self, Buffer, DescriptorPool, Device, Owned, SetLayout, SetWriter, binding, compute_pipeline, pipeline_layout,
+    sync::Use,
 };
 use crate::gpu_scene::{Deformed, PoseBuffer, SkinPush};
 use crate::plan::FramePlan;
@@ -21,7 +21,7 @@ pub const BEFORE_READ: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, v
 pub const VERTEX_WRITE: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_WRITE);
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("SKIN"),
+    name: Endpoint::pass("SKIN"),
     time: "skin",
     what: "vertices of deformed meshes, when their pose is another",
     presence: |plan| {
@@ -81,11 +81,9 @@ impl SkinPass {
             Ok(set)
         };
         let sets = poses.enumerate().map(set).collect::<gpu::Result<_>>()?;
-        let entry = shader::variant(Flags::NONE).and_then(|variant| variant.compute());
-        let Some(entry) = entry else { return Err(gpu::Error::Unsupported("skin.wgsl has no compute entry".into())) };
         let range = vk::PushConstantRange { stage_flags: COMPUTE, offset: 0, size: shader::push::SIZE as u32 };
         let layout = pipeline_layout(device, "skin", &[set_layout.raw], &[range])?;
-        let stage = ShaderStage { spirv: entry.spirv.words(), entry: entry.name, stage: COMPUTE, constants: &[] };
+        let stage = compute_stage("skin", shader::variant, Flags::NONE, &[])?;
         let pipeline = compute_pipeline(device, "skin", &stage, layout.raw)?;
         Ok(Self { layout, pipeline, sets, push: deformed.push, _set_layout: set_layout, _pool: pool })
     }
@@ -93,11 +91,11 @@ impl SkinPass {
 
 impl PassRecorder for SkinPass {
     /// Writes the vertices of the frame's pose. Runs outside any render pass.
-    fn record(&self, recording: &FrameContext) {
-        let (raw, cmd) = (&recording.device.raw, recording.cmd);
+    fn record(&self, context: &FrameContext) {
+        let (raw, cmd) = (&context.device.raw, context.cmd);
         let point = vk::PipelineBindPoint::COMPUTE;
         let [columns, rows] = self.push.groups();
-        let set = self.sets[recording.place];
+        let set = self.sets[context.in_flight];
         // SAFETY: `cmd` is being recorded outside a render pass; set and push constants are those of the layout. The frame owns the buffers
         // in the set and the pass all else, and both outlive the submission. No work group looks beyond its mesh's vertices.
         unsafe {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::screen::{Screen, ScreenDesc, replace};
 use super::{
-    FrameContext, Pass, PassName, PassRecorder, Presence, Resource, ResourceUse, SetLayouts, Slot, frame_data, needed,
+    Endpoint, FrameContext, Pass, PassRecorder, Presence, Resource, ResourceUse, SetLayouts, Slot, frame_data, needed,
 };
 use crate::gpu::{self, Device};
 use crate::gpu_scene::TEXTURE_READ;
@@ -12,7 +12,7 @@ use crate::plan::{FramePlan, Shading, ToneMapping};
 use crate::shaders::sky::{self as shader, Flags, constants};
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("SKY"),
+    name: Endpoint::pass("SKY"),
     time: "sky",
     what: "the sky, where nothing is seen before it",
     presence: |plan| match &plan.effects.sky {
@@ -64,8 +64,8 @@ impl SkyPass {
 
 impl PassRecorder for SkyPass {
     /// Draws the sky. Runs inside its subpass.
-    fn record(&self, recording: &FrameContext) {
-        recording.set_area();
-        self.screen.record(recording, &[(0, recording.frame_set)]);
+    fn record(&self, context: &FrameContext) {
+        context.set_area();
+        self.screen.record(context, &[(0, context.frame_set)]);
     }
 }

@@ -5,10 +5,10 @@ use std::sync::Arc;
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
 
-use super::{FrameContext, Pass, PassName, PassRecorder, Presence, Resource, ResourceUse, needed};
+use super::{Endpoint, FrameContext, Pass, PassRecorder, Presence, Resource, ResourceUse, compute_stage};
 use crate::gpu::{
-    self, Buffer, DescriptorPool, Device, Owned, SetLayout, SetWriter, ShaderStage, binding, compute_pipeline,
-    pipeline_layout, sync::Use,
+    self, Buffer, DescriptorPool, Device, Owned, SetLayout, SetWriter, binding, compute_pipeline, pipeline_layout,
+    sync::Use,
 };
 use crate::plan::{PARTICLES, SORT_BLOCK, sort_places};
 use crate::shaders::sort::{self as shader, Flags};
@@ -19,7 +19,7 @@ pub const KEY_READ: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::
 pub const KEY_WRITE: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_WRITE);
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("SORT"),
+    name: Endpoint::pass("SORT"),
     time: "sort",
     what: "particles from back to front",
     presence: |plan| match plan.effects.particles {
@@ -65,7 +65,7 @@ type SortDispatch = (bool, SortPush);
 /// The pass.
 pub struct SortPass {
     layout: Owned<vk::PipelineLayout>,
-    /// Over all keys, and within blocks.
+    /// Pipelines over all keys, and within blocks.
     pipelines: [Owned<vk::Pipeline>; 2],
     set: vk::DescriptorSet,
     _set_layout: SetLayout,
@@ -80,33 +80,28 @@ impl SortPass {
         SetWriter::new().storage_buffer(0, keys, keys.size).update(device, set);
         let range = vk::PushConstantRange { stage_flags: COMPUTE, offset: 0, size: shader::push::SIZE as u32 };
         let layout = pipeline_layout(device, "sort", &[set_layout.raw], &[range])?;
-        let pipeline = |flags| {
-            let entry = needed("sort", shader::variant, flags)?.compute();
-            let Some(entry) = entry else {
-                return Err(gpu::Error::Unsupported("sort.wgsl has no compute entry".into()));
-            };
-            let stage = ShaderStage { spirv: entry.spirv.words(), entry: entry.name, stage: COMPUTE, constants: &[] };
-            compute_pipeline(device, "sort", &stage, layout.raw)
-        };
+        let pipeline =
+            |flags| compute_pipeline(device, "sort", &compute_stage("sort", shader::variant, flags, &[])?, layout.raw);
         let pipelines = [pipeline(Flags::NONE)?, pipeline(Flags::LOCAL)?];
         Ok(Self { layout, pipelines, set, _set_layout: set_layout, _pool: pool })
     }
 }
 
 impl PassRecorder for SortPass {
-    /// Sorts the first so many keys, a power of two. `between` records the barrier before each step but the first. Runs outside any render pass.
-    fn record(&self, recording: &FrameContext) {
-        let count = recording.visible.emitters.count;
+    /// Sorts the first `sort_places(count)` keys, a power of two. `between` records the barrier before each step except the first. Runs outside any
+    /// render pass.
+    fn record(&self, context: &FrameContext) {
+        let count = context.visible.emitters.count;
         if count == 0 {
             return;
         }
         let places = sort_places(count);
-        let (raw, cmd, point) = (&recording.device.raw, recording.cmd, vk::PipelineBindPoint::COMPUTE);
+        let (raw, cmd, point) = (&context.device.raw, context.cmd, vk::PipelineBindPoint::COMPUTE);
         // SAFETY: `cmd` is being recorded outside a render pass; the set is of the layout.
         unsafe { raw.cmd_bind_descriptor_sets(cmd, point, self.layout.raw, 0, &[self.set], &[]) };
         for (index, (is_local, push)) in steps(places).into_iter().enumerate() {
             if index > 0 {
-                (recording.between)();
+                (context.between)();
             }
             let groups = if is_local { places / SORT_BLOCK } else { places / 2 / GROUP };
             // SAFETY: as above, with the set bound; the push constants are those of the layout. The pass owns all of it and outlives the submission, and

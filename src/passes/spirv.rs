@@ -1,13 +1,13 @@
-//! Shaders' words, fitted to what a pipeline binds.
+//! Patches of SPIR-V, to fit a shader to the bindings of its pipeline.
 
 use crate::gpu_scene::{OWN_SAMPLERS, SAMPLER, SetForm};
 use crate::plan::GeometryKey;
 use crate::shaders::{BindingKind, Variant};
 
-/// The fragment shader of a variant for the sets of a key. The shader declares a texture and a sampler for each slot, and the constants say
-/// which are sampled. Vulkan wants a binding in the set for each declared variable, sampled or not; but several variables may have the same
-/// one ("DescriptorSet and Binding Assignment" of its specification). So those of absent textures are made names of a present one, and the
-/// samplers of textures that are sampled alike names of the only one.
+/// The fragment shader of a variant for the sets of a key. The shader declares a texture and a sampler for each slot, and the constants say which are
+/// sampled. Vulkan requires a binding in the set for each declared variable, sampled or not, but several variables may share a binding
+/// ("DescriptorSet and Binding Assignment" of its specification). So variables of absent textures become aliases of a present texture, and samplers
+/// of textures that are sampled alike become aliases of the only sampler.
 pub fn bound_fragment(variant: &Variant, key: GeometryKey) -> Vec<u32> {
     let form = SetForm::of(key);
     let Some(fragment) = variant.fragment() else { return Vec::new() };
@@ -26,11 +26,12 @@ pub fn bound_fragment(variant: &Variant, key: GeometryKey) -> Vec<u32> {
     spirv
 }
 
-/// A fragment shader for textures that are atlases, or are not. Shaders with EXTRAS declare arrays and sample them with a layer. Where there are no
-/// cells, the one word of the type that says so is cleared: then the images are plain, and the layer is a component of the coordinate beyond those
-/// that are needed, which SPIR-V allows ("OpImageSampleImplicitLod"). So plain materials pay nothing, and there is no other variant. A module may have no two
-/// types that are alike ("Universal Validation Rules"). It may have plain images already, so these do not say that they have no depth, which Vulkan
-/// ignores. Size queries on them return two numbers instead of three; shaders use only the first two. The tints of shadow maps stay an array.
+/// Fits a fragment shader to textures that are atlases, or not. Shaders with EXTRAS declare arrays and sample them with a layer. For materials
+/// without cells, the patch clears the one word of the type that marks an array. The images are then plain, and the layer is an extra component of
+/// the coordinate beyond the required ones, which SPIR-V allows ("OpImageSampleImplicitLod"). So plain materials cost nothing extra, and no further
+/// variant is needed. A module must not declare the same type twice ("Universal Validation Rules"). It may have a plain image type already, so the
+/// patched type leaves open whether it is a depth image, which Vulkan ignores. Size queries on patched images return two numbers instead of three;
+/// shaders use only the first two. The tints of shadow maps stay an array.
 pub fn with_cells(words: &[u32], (has_extras, cells): (bool, bool)) -> Vec<u32> {
     let mut spirv = words.to_vec();
     if has_extras && !cells {
@@ -46,7 +47,7 @@ pub fn with_cells(words: &[u32], (has_extras, cells): (bool, bool)) -> Vec<u32> 
     spirv
 }
 
-/// Gives the array of shadow tints a type of its own, which keeps its layers.
+/// Gives the array of shadow tints a separate type, which keeps its layers.
 fn keep_tints_of_shadows(spirv: &mut Vec<u32>) {
     let find = |wanted: &dyn Fn(&[u32]) -> bool| instructions(spirv).find(|&at| wanted(&spirv[at..]));
     let Some(array) = find(&|own| is_array_of_colors(own)) else { return };
@@ -195,7 +196,7 @@ mod tests {
     #[test]
     fn a_pipeline_names_only_textures_that_its_set_has_and_its_own_by_their_bindings() {
         let mut aliased = 0;
-        // With a G-buffer.
+        // Every plan here has a G-buffer.
         let device = Capabilities { storage_buffers: 8, ..samples::device() };
         for (name, scene) in samples::scenes() {
             for keep in [Keep::NONE, Keep::NONE.with(crate::scene::OptionalPart::NormalMaps), Keep::ALL] {

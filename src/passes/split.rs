@@ -2,7 +2,7 @@
 
 use ash::vk;
 
-use super::{NO_WINDOW, Pass, PassName, Presence, ResourceUse, UseKind, shown};
+use super::{Endpoint, NO_WINDOW, Pass, Presence, ResourceUse, UseKind, shown};
 use crate::gpu::{
     Device, Image,
     sync::{Layouts, Use},
@@ -12,7 +12,7 @@ use crate::gpu::{
 pub const WRITE: Use = Use::new(vk::PipelineStageFlags2::COPY, vk::AccessFlags2::TRANSFER_WRITE);
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("SPLIT"),
+    name: Endpoint::pass("SPLIT"),
     time: "split",
     what: "copies a part of another picture over this one",
     presence: |plan| Presence::when(plan.presented.is_some(), "only while the window is split", NO_WINDOW),

@@ -76,7 +76,7 @@ struct BoundState {
 
 /// A pipeline for each [`GeometryKey`] of a pass.
 pub struct SurfacePipelines {
-    /// By the textures that a pipeline samples.
+    /// Pipeline layouts, by the textures that a pipeline samples.
     layouts: BTreeMap<SetForm, Owned<vk::PipelineLayout>>,
     pipelines: BTreeMap<GeometryKey, Owned<vk::Pipeline>>,
     /// True if surfaces are lit with shadows as they are drawn.
@@ -94,8 +94,8 @@ pub struct SurfacePipelines {
 }
 
 impl SurfacePipelines {
-    /// No pipelines yet, but the layouts of those that the pass of this `name` has for `keys`. `layouts` are those of set 0 and, for passes
-    /// that light what they draw, of set 2.
+    /// Makes the pipeline layouts that the pass `name` needs for `keys`, without pipelines yet. `layouts` has set 0 and, for passes that also light
+    /// surfaces, set 2.
     pub fn new(
         device: &Arc<Device>,
         plan: &FramePlan,
@@ -147,12 +147,12 @@ impl SurfacePipelines {
         })
     }
 
-    /// The same for the surfaces that are lit once more.
+    /// Variant for the surfaces that are lit once more.
     pub fn relighting(self) -> Self {
         Self { relights: true, ..self }
     }
 
-    /// The key of the pipeline that draws an object; `None` where it is not drawn.
+    /// The key of the pipeline that draws an object; `None` if the object is not drawn.
     fn key_of(&self, object: &WorldObject) -> Option<GeometryKey> {
         if self.relights { object.key.relit(object.relit) } else { Some(object.key) }
     }
@@ -166,79 +166,79 @@ impl SurfacePipelines {
         self.pipelines.insert(key, pipeline);
     }
 
-    /// Draws instances in this order. Runs inside the subpass of the pipelines. A draw takes the mesh's indices from the scene's
-    /// buffer, or as many from the frame's sorted ones where it has a place in them.
-    pub fn record<'a>(&self, recording: &FrameContext, draws: impl Iterator<Item = (&'a Draw, Option<u32>)>) {
-        recording.set_area();
-        let mut meshes = MeshDraws::new(recording, &self.streams);
+    /// Draws instances in this order. Runs inside the subpass of the pipelines. A draw takes the mesh's indices from the scene's buffer, or the same
+    /// number from the frame's sorted ones if it has a first index there.
+    pub fn record<'a>(&self, context: &FrameContext, draws: impl Iterator<Item = (&'a Draw, Option<u32>)>) {
+        context.set_area();
+        let mut meshes = MeshDraws::new(context, &self.streams);
         let mut bound = BoundState::default();
         for (draw, first_index) in draws {
-            let object = &recording.world.objects[draw.object];
+            let object = &context.world.objects[draw.object];
             let Some(key) = self.key_of(object) else { continue };
-            self.bind(recording, (object, key), &mut bound);
+            self.bind(context, (object, key), &mut bound);
             meshes.draw(object, draw.level, first_index, draw.instances());
         }
     }
 
     /// Draws the objects that the device found visible, near ones first.
-    fn record_culled(&self, recording: &FrameContext, culling: &CullingBuffers) {
-        recording.set_area();
-        let mut meshes = MeshDraws::new(recording, &self.streams);
+    fn record_culled(&self, context: &FrameContext, culling: &CullingBuffers) {
+        context.set_area();
+        let mut meshes = MeshDraws::new(context, &self.streams);
         let mut bound = BoundState::default();
         for step in 0..STEPS {
             for state in &culling.states {
-                let object = &recording.world.objects[state.object];
+                let object = &context.world.objects[state.object];
                 let Some(key) = self.key_of(object) else { continue };
-                self.bind(recording, (object, key), &mut bound);
+                self.bind(context, (object, key), &mut bound);
                 meshes.draw_culled(culling, step, state);
             }
         }
     }
 
     /// Binds the pipeline and the material of an object, where others are bound, and pushes its values.
-    fn bind(&self, recording: &FrameContext, (object, key): (&WorldObject, GeometryKey), bound: &mut BoundState) {
+    fn bind(&self, context: &FrameContext, (object, key): (&WorldObject, GeometryKey), bound: &mut BoundState) {
         // The plan has a key for each object of the scene (plan.rs), and the pass a pipeline for each key.
         let pipeline = &self.pipelines[&key];
         let layout = self.layout(key);
         if bound.key != Some(key) {
-            recording.bind_pipeline(pipeline.raw);
+            context.bind_pipeline(pipeline.raw);
             // The layouts differ in set 1 only, but that disturbs the sets after it, and a change of push constant ranges
             // may disturb set 0.
-            recording.bind_set(layout, 0, recording.frame_set);
-            if let Some(set) = recording.shadow_set.filter(|_| self.shadows) {
-                recording.bind_set(layout, 2, set);
+            context.bind_set(layout, 0, context.frame_set);
+            if let Some(set) = context.shadow_set.filter(|_| self.shadows) {
+                context.bind_set(layout, 2, set);
             }
             *bound = BoundState { key: Some(key), material: None };
         }
         let material = object.material_set();
         // How round a body of glass is differs from object to object.
         if bound.material != Some(material) || key.lobes.contains(LobeMask::GLASS) {
-            let set = recording.scene.materials.as_ref().and_then(|materials| materials.set(material));
+            let set = context.scene.materials.as_ref().and_then(|materials| materials.set(material));
             if let Some(set) = set.filter(|_| !key.textures.is_empty()) {
-                recording.bind_set(layout, 1, set);
+                context.bind_set(layout, 1, set);
             }
             bound.material = Some(material);
-            recording.push(layout, PUSH_STAGES, &self.push(recording, object));
+            context.push(layout, PUSH_STAGES, &self.push(context, object));
         }
     }
 
     /// Draws the opaque surfaces that are visible.
-    pub fn record_opaque(&self, recording: &FrameContext) {
-        if let Some(culling) = recording.culling {
-            return self.record_culled(recording, culling);
+    pub fn record_opaque(&self, context: &FrameContext) {
+        if let Some(culling) = context.culling {
+            return self.record_culled(context, culling);
         }
-        let visible = recording.visible;
+        let visible = context.visible;
         let draws = if self.after_prepass { &visible.shaded } else { &visible.draws };
-        self.record(recording, draws.iter().map(|draw| (draw, None)));
+        self.record(context, draws.iter().map(|draw| (draw, None)));
     }
 
-    fn push(&self, recording: &FrameContext, object: &WorldObject) -> SurfacePush {
-        let material = &recording.world.materials[object.material];
+    fn push(&self, context: &FrameContext, object: &WorldObject) -> SurfacePush {
+        let material = &context.world.materials[object.material];
         SurfacePush {
             base_color: material.base_color,
             alpha: material.alpha,
             // Cut off here as well: infinity times a black texel would be no number.
-            emissive: (material.emissive * recording.world.exposure).min(Vec3::splat(self.largest_light)),
+            emissive: (material.emissive * context.world.exposure).min(Vec3::splat(self.largest_light)),
             alpha_cutoff: match material.alpha_mode {
                 AlphaMode::Mask { cutoff } => cutoff,
                 AlphaMode::Opaque | AlphaMode::Blend | AlphaMode::Glass | AlphaMode::Coat => 0.0,
@@ -249,7 +249,7 @@ impl SurfacePipelines {
             roughness: if object.key.phong { material.shininess } else { material.roughness },
             ambient: material.ambient,
             normal_scale: material.normal_scale,
-            first_uv_map: recording.textures.first_uv_map(object.material).unwrap_or(0),
+            first_uv_map: context.textures.first_uv_map(object.material).unwrap_or(0),
             lobes: self.lobes.as_ref().and_then(|lobes| lobes.row(object.material)).unwrap_or(0),
             round: object.round,
             slender: object.slender,
@@ -319,13 +319,13 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// For surfaces that are not summed up with weights.
+    /// Limits for surfaces that are not blended by weight.
     pub fn unweighted(largest: f32, highlight: f32) -> Self {
         Self { largest, highlight, weight: 1.0, least: 1.0, peak: 1.0 }
     }
 }
 
-/// A pipeline that lights what it draws.
+/// A pipeline that lights the surfaces that it draws.
 pub fn lit_pipeline(
     device: &Arc<Device>,
     plan: &FramePlan,
@@ -450,7 +450,7 @@ fn lit_constants(plan: &FramePlan, key: GeometryKey, desc: &LitDesc) -> Vec<(u32
         (constants::PEAK, limits.peak.to_bits()),
     ]
     .into_iter()
-    // Before opaque surfaces the air is drawn by itself.
+    // FOG draws the air in front of opaque surfaces.
     .chain(air_constants!(plan, opacity != Opacity::Hides))
     .chain(sky_constants!(plan))
     .collect()

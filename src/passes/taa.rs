@@ -10,13 +10,13 @@ use bytemuck::{Pod, Zeroable};
 use glam::Mat4;
 
 use super::{
-    FrameContext, InputDescriptor, Making, Pass, PassName, PassRecorder, Presence, Resource, ResourceUse, needed,
+    Endpoint, FrameContext, InputDescriptor, Making, Pass, PassRecorder, Presence, Resource, ResourceUse, compute_stage,
 };
 use crate::gpu::{
-    self, Buffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter, ShaderStage, binding,
-    compute_pipeline, pipeline_layout, sync::Use,
+    self, Buffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter, binding, compute_pipeline,
+    pipeline_layout, sync::Use,
 };
-use crate::plan::{FramePlan, TAA_MEAN, TaaPlan, Target, VECTORS, Vectors};
+use crate::plan::{FramePlan, TAA_MEAN, Target, VECTORS, Vectors};
 use crate::shaders::group_edge;
 use crate::shaders::taa::host::{FOLLOWS, LOOKS_ELSEWHERE, STILL};
 use crate::shaders::taa::{self as shader, Flags, constants};
@@ -32,7 +32,7 @@ pub const HISTORY_WRITE: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER,
 const LOOKS: &str = "looks at a pixel and its neighbours";
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("TAA"),
+    name: Endpoint::pass("TAA"),
     time: "taa",
     what: "averages with what frames before saw of the same surfaces",
     presence: |plan| Presence::when(plan.averages_over_time(), "asked for", plan.reasons.lack_of("TAA")),
@@ -49,10 +49,7 @@ pub const PASS: Pass = Pass {
         touches
     },
     leave_out: Some(|settings| settings.taa = false),
-    make: Some(|own| {
-        let planned = own.needed(own.plan.effects.taa.as_ref())?;
-        Ok(Box::new(TaaPass::new(own.device, own.plan, planned, &own.inputs())?))
-    }),
+    make: Some(|own| Ok(Box::new(TaaPass::new(own)?))),
 };
 
 const BEFORE: u32 = 0;
@@ -84,9 +81,9 @@ const _: () = {
     assert!(offset_of!(TaaPush, flags) == shader::push::FLAGS && offset_of!(TaaPush, exposed) == shader::push::EXPOSED);
 };
 
-/// The pass, and the histories of two frames: each reads that of the other.
+/// The pass, and the histories of two frames: each frame reads the other's history.
 pub struct TaaPass {
-    /// Of frames in flight, by their places.
+    /// Histories of the frames in flight, by frame index.
     pub histories: [Buffer; 2],
     layout: Owned<vk::PipelineLayout>,
     pipeline: Owned<vk::Pipeline>,
@@ -96,25 +93,15 @@ pub struct TaaPass {
 }
 
 impl TaaPass {
-    /// `inputs` are light, depth and vectors.
-    ///
-    /// # Errors
-    /// When the device lacks the memory or cannot compile a pipeline.
-    pub fn new(
-        device: &Arc<Device>,
-        plan: &FramePlan,
-        planned: &TaaPlan,
-        inputs: &[InputDescriptor],
-    ) -> gpu::Result<Self> {
+    fn new(own: &Making) -> gpu::Result<Self> {
+        let (&Making { device, plan, .. }, inputs) = (own, own.inputs());
+        let planned = own.needed(plan.effects.taa.as_ref())?;
         let storage = [BEFORE, AFTER].map(|index| binding(index, vk::DescriptorType::STORAGE_BUFFER, COMPUTE));
         let images = inputs.iter().map(|input| binding(input.0, vk::DescriptorType::SAMPLED_IMAGE, COMPUTE));
         let bindings: Vec<_> = storage.into_iter().chain(images).collect();
         let set_layout = SetLayout::new(device, "taa", &bindings)?;
         let range = vk::PushConstantRange { stage_flags: COMPUTE, offset: 0, size: size_of::<TaaPush>() as u32 };
         let layout = pipeline_layout(device, "taa", &[set_layout.raw], &[range])?;
-        let Some(entry) = needed("taa", shader::variant, flags(plan))?.compute() else {
-            return Err(gpu::Error::Unsupported("taa.wgsl has no compute entry".into()));
-        };
         let shown = match planned.shown {
             None => 0,
             Some(Vectors::Values) => 1,
@@ -127,26 +114,25 @@ impl TaaPass {
             (constants::LARGEST, plan.largest_shown().to_bits()),
             (constants::ORTHOGRAPHIC, u32::from(plan.orthographic)),
         ];
-        let stage =
-            ShaderStage { spirv: entry.spirv.words(), entry: entry.name, stage: COMPUTE, constants: &constants };
+        let stage = compute_stage("taa", shader::variant, flags(plan), &constants)?;
         let pipeline = compute_pipeline(device, "taa", &stage, layout.raw)?;
         let histories = histories(device, plan)?;
-        let (pool, sets) = bound(device, &set_layout, &histories, inputs)?;
+        let (pool, sets) = bound(device, &set_layout, &histories, &inputs)?;
         Ok(Self { histories, layout, pipeline, set_layout, pool, sets })
     }
 }
 
 impl PassRecorder for TaaPass {
     /// Runs outside any render pass.
-    fn record(&self, recording: &FrameContext) {
-        let Some(frame) = recording.reprojection else { return };
-        let (raw, cmd, point) = (&recording.device.raw, recording.cmd, vk::PipelineBindPoint::COMPUTE);
-        let [across, down] = recording.size.map(|edge| edge.div_ceil(GROUP));
+    fn record(&self, context: &FrameContext) {
+        let Some(frame) = context.reprojection else { return };
+        let (raw, cmd, point) = (&context.device.raw, context.cmd, vk::PipelineBindPoint::COMPUTE);
+        let [across, down] = context.size.map(|edge| edge.div_ceil(GROUP));
         // SAFETY: `cmd` is being recorded outside a render pass; the set and the push constants are those of the layout. The pass owns all of it and outlives
         // the submission, and the shader looks at no pixel outside the picture.
         unsafe {
             raw.cmd_bind_pipeline(cmd, point, self.pipeline.raw);
-            raw.cmd_bind_descriptor_sets(cmd, point, self.layout.raw, 0, &[self.sets[recording.place]], &[]);
+            raw.cmd_bind_descriptor_sets(cmd, point, self.layout.raw, 0, &[self.sets[context.in_flight]], &[]);
             raw.cmd_push_constants(cmd, self.layout.raw, COMPUTE, 0, bytemuck::bytes_of(&push(frame)));
             raw.cmd_dispatch(cmd, across, down, 1);
         }

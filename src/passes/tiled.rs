@@ -10,7 +10,7 @@ use super::background::{background, exposed_background};
 use super::curves::encode_srgb;
 use super::spirv::with_lengths;
 use super::{
-    FrameContext, Making, Pass, PassName, PassRecorder, Presence, Resource, ResourceUse, SetLayouts, frame_data,
+    Endpoint, FrameContext, Making, Pass, PassRecorder, Presence, Resource, ResourceUse, SetLayouts, frame_data,
     gbuffer_inputs, light_maps,
 };
 use crate::gpu::{
@@ -28,17 +28,17 @@ use crate::visible::World;
 pub const GBUFFER_READ: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_READ);
 /// Writes every pixel of the output.
 pub const OUTPUT_WRITE: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_WRITE);
-/// Looks up vertices, indices and textures of the surface in a pixel, where there is no G-buffer.
+/// Looks up vertices, indices and textures of a pixel's surface, if there is no G-buffer.
 pub use crate::gpu_scene::LOOK_UP;
 /// Loads from the shadow map.
 pub const MAP_READ: Use = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_READ);
 
-/// Bindings of emissive light and of the output, after those of the G-buffer (`shaders/tiled.wgsl`).
+/// Bindings of emissive light and of the output, after the G-buffer's bindings (`shaders/tiled.wgsl`).
 pub const EMISSIVE: u32 = 6;
 const OUTPUT: u32 = 7;
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("TILED"),
+    name: Endpoint::pass("TILED"),
     time: "lighting",
     what: "every light on every pixel, tile by tile, in a compute shader",
     presence: |plan| {
@@ -66,7 +66,7 @@ pub const PASS: Pass = Pass {
     }),
 };
 
-/// The meshes and textures of the surfaces in pixels, where there is no G-buffer.
+/// The meshes and textures of visible surfaces, if there is no G-buffer.
 fn looked_up(plan: &FramePlan) -> impl Iterator<Item = ResourceUse> {
     let (is_any, uploads) = (plan.triangles.is_some(), plan.uploads);
     [
@@ -146,7 +146,7 @@ pub struct TiledPass {
 pub type StoredTarget = (u32, vk::ImageView, vk::ImageLayout);
 
 impl TiledPass {
-    /// `stored` are the views of the G-buffer, `output` that of the picture.
+    /// `stored` are the views of the G-buffer, and `output` is the picture's view.
     pub fn new(
         device: &Arc<Device>,
         plan: &FramePlan,
@@ -187,22 +187,22 @@ impl TiledPass {
 
 impl PassRecorder for TiledPass {
     /// Lights the picture. Runs outside any render pass.
-    fn record(&self, recording: &FrameContext) {
-        let (raw, cmd) = (&recording.device.raw, recording.cmd);
+    fn record(&self, context: &FrameContext) {
+        let (raw, cmd) = (&context.device.raw, context.cmd);
         let point = vk::PipelineBindPoint::COMPUTE;
-        let mut sets = vec![recording.frame_set, self.set];
-        sets.extend(recording.shadow_set);
+        let mut sets = vec![context.frame_set, self.set];
+        sets.extend(context.shadow_set);
         let mut push = [0u8; shader::push::SIZE];
         let Background { of_pixel, of_sample } = self.background;
         let background = TiledPush { background: of_pixel, padding: 0, sample_background: of_sample };
         push[..size_of::<TiledPush>()].copy_from_slice(bytemuck::bytes_of(&background));
-        let groups = recording.size.map(|edge| edge.div_ceil(TILE));
+        let groups = context.size.map(|edge| edge.div_ceil(TILE));
         // SAFETY: `cmd` is being recorded outside a render pass; sets and push constants are those of the layout, and the pass owns
         // all of them and outlives the submission.
         unsafe {
             raw.cmd_bind_pipeline(cmd, point, self.pipeline.raw);
             raw.cmd_bind_descriptor_sets(cmd, point, self.layout.raw, 0, &sets, &[]);
-            if let Some(seen) = recording.seen_set {
+            if let Some(seen) = context.seen_set {
                 raw.cmd_bind_descriptor_sets(cmd, point, self.layout.raw, SEEN_SET, &[seen], &[]);
             }
             raw.cmd_push_constants(cmd, self.layout.raw, COMPUTE, 0, &push);
@@ -242,7 +242,7 @@ fn bound(
 }
 
 /// Returns the shader variant of a plan.
-pub(crate) fn flags(plan: &FramePlan) -> Flags {
+pub fn flags(plan: &FramePlan) -> Flags {
     Flags::UNIFORM_BUFFER.when(plan.lights.uniform)
         | Flags::SHADOW.when(plan.has_light_maps())
         | gbuffer_flags!(plan)

@@ -12,8 +12,8 @@ use super::casters::{self, PUSH_STAGES, streams};
 use super::spirv::with_cells;
 use super::surface::textured_stages;
 use super::{
-    COLOR_BLEND, COLOR_WRITE, ContentsIfFirst, DEPTH_COMPARE, FrameContext, Making, MapRecording, MeshDraws, Pass,
-    PassName, PassRecorder, Presence, Resource, ResourceUse, Slot, UseKind, frame_data, meshes, needed, screen,
+    COLOR_BLEND, COLOR_WRITE, ContentsIfFirst, DEPTH_COMPARE, Endpoint, FrameContext, Making, MapRecording, MeshDraws,
+    Pass, PassRecorder, Presence, Resource, ResourceUse, Slot, UseKind, frame_data, meshes, needed, screen,
 };
 use crate::gpu::{self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, pipeline_layout, sync::Use};
 use crate::gpu_scene::{GpuScene, HOLES};
@@ -23,7 +23,7 @@ use crate::shaders::tint::{self as shader, Flags, constants};
 use crate::visible::{ShadowView, WorldObject};
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("TINT"),
+    name: Endpoint::pass("TINT"),
     time: "shadow",
     what: "what transparent surfaces let through of the lights of these maps",
     presence: |plan| {
@@ -111,7 +111,7 @@ struct TintKey {
 
 struct TintPass {
     plain_layout: Owned<vk::PipelineLayout>,
-    /// For surfaces with a texture; none where no surface has one.
+    /// Layout for surfaces with a texture; none if no surface has one.
     textured_layout: Option<Owned<vk::PipelineLayout>>,
     pipelines: BTreeMap<TintKey, Owned<vk::Pipeline>>,
     brdf_override: Option<Brdf>,
@@ -177,8 +177,8 @@ impl TintPass {
         }
     }
 
-    fn push(&self, recording: &FrameContext, view: &ShadowView, object: &WorldObject) -> TintPush {
-        let material = &recording.world.materials[object.material];
+    fn push(&self, context: &FrameContext, view: &ShadowView, object: &WorldObject) -> TintPush {
+        let material = &context.world.materials[object.material];
         let glass = self.glass(material);
         let [across, along] = view.metres();
         // Metres per unit of the mesh.
@@ -190,7 +190,7 @@ impl TintPass {
         let is_textured = material.texture(TextureSlot::MetallicRoughness).is_some();
         let kept = if is_textured { 1.0 } else { 1.0 - material.metallic };
         TintPush {
-            uv_rows: recording.textures.uv_rows(
+            uv_rows: context.textures.uv_rows(
                 object.material,
                 TextureSlot::BaseColor,
                 &material.uv_maps[TextureSlot::BaseColor as usize],
@@ -202,20 +202,20 @@ impl TintPass {
             across: across as f32,
             along: along as f32,
             round: body.map_or(0.0, ball),
-            slope_bias: recording.world.shadows.slope_bias * self.bias_scale,
+            slope_bias: context.world.shadows.slope_bias * self.bias_scale,
         }
     }
 }
 
 impl PassRecorder for TintPass {
     /// Draws the transparent surfaces of one map, in its render pass. Push constants differ from object to object, so that each has a command.
-    fn record(&self, recording: &FrameContext) {
-        let Some(map) = recording.map.as_ref().filter(|map| !map.tinting.is_empty()) else { return };
+    fn record(&self, context: &FrameContext) {
+        let Some(map) = context.map.as_ref().filter(|map| !map.tinting.is_empty()) else { return };
         let &MapRecording { view, casters, tinting, first } = map;
-        recording.set_area();
-        let objects = || tinting.iter().map(|own| (&recording.world.objects[own.object], own.level));
+        context.set_area();
+        let objects = || tinting.iter().map(|own| (&context.world.objects[own.object], own.level));
         let key_of = |object: &WorldObject| {
-            self.key(object, &recording.world.materials[object.material], self.clamp && view.clamps)
+            self.key(object, &context.world.materials[object.material], self.clamp && view.clamps)
         };
         let mut all: Vec<u32> = objects()
             .map(|(object, _)| key_of(object))
@@ -224,23 +224,23 @@ impl PassRecorder for TintPass {
             .collect();
         all.sort_unstable();
         all.dedup();
-        let mut meshes = MeshDraws::of_casters(recording, &all);
+        let mut meshes = MeshDraws::of_casters(context, &all);
         let mut bound: (Option<TintKey>, Option<(usize, u32)>) = (None, None);
         for ((object, level), place) in objects().zip(first + casters.len() as u32..) {
             let key = key_of(object);
             let Some(pipeline) = self.pipelines.get(&key) else { continue };
             let layout = self.layout(key);
             if bound.0 != Some(key) {
-                recording.bind_pipeline(pipeline.raw);
+                context.bind_pipeline(pipeline.raw);
                 bound = (Some(key), None);
             }
             let material = object.material_set();
             if key.textured && bound.1 != Some(material) {
-                let set = recording.scene.materials.as_ref().and_then(|materials| materials.holes(material));
-                set.into_iter().for_each(|set| recording.bind_set(layout, 0, set));
+                let set = context.scene.materials.as_ref().and_then(|materials| materials.holes(material));
+                set.into_iter().for_each(|set| context.bind_set(layout, 0, set));
                 bound.1 = Some(material);
             }
-            recording.push(layout, PUSH_STAGES, &self.push(recording, view, object));
+            context.push(layout, PUSH_STAGES, &self.push(context, view, object));
             meshes.draw(object, level, None, place..place + 1);
         }
     }

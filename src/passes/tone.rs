@@ -6,18 +6,18 @@ use ash::vk;
 
 use super::screen::{Screen, ScreenDesc, replace};
 use super::{
-    COLOR_BLEND, ContentsIfFirst, FrameContext, Pass, PassName, PassRecorder, Presence, ResourceUse, SetLayouts, Slot,
+    COLOR_BLEND, ContentsIfFirst, Endpoint, FrameContext, Pass, PassRecorder, Presence, ResourceUse, SetLayouts, Slot,
     frame_data, needed,
 };
 use crate::gpu::{self, Device, sync::Use};
 use crate::plan::FramePlan;
 use crate::shaders::tone::{self as shader, Flags, constants};
 
-/// Multiplies what is in the picture.
+/// Multiplies the picture's light.
 pub const PICTURE_BLEND: Use = COLOR_BLEND;
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("TONE"),
+    name: Endpoint::pass("TONE"),
     time: "tone",
     what: "darkens the picture as a lens and a film do: vignette and grain",
     presence: |plan| {
@@ -68,9 +68,9 @@ impl TonePass {
 
 impl PassRecorder for TonePass {
     /// Darkens the picture. Runs inside its subpass.
-    fn record(&self, recording: &FrameContext) {
-        recording.set_area();
-        self.screen.record(recording, &[(0, recording.frame_set)]);
+    fn record(&self, context: &FrameContext) {
+        context.set_area();
+        self.screen.record(context, &[(0, context.frame_set)]);
     }
 }
 

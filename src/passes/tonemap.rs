@@ -3,7 +3,7 @@
 use super::screen::{InputSet, Screen, ScreenDesc, replace};
 use super::spread::{self, SpreadLight};
 use super::{
-    COLOR_WRITE, ContentsIfFirst, FrameContext, INPUT_READ, Making, Pass, PassName, PassRecorder, Presence,
+    COLOR_WRITE, ContentsIfFirst, Endpoint, FrameContext, INPUT_READ, Making, Pass, PassRecorder, Presence,
     ResourceUse, needed,
 };
 use crate::gpu::{self, sync::Use};
@@ -18,7 +18,7 @@ pub const OUTPUT_WRITE: Use = COLOR_WRITE;
 
 // ANCHOR: pass
 pub const PASS: Pass = Pass {
-    place: PassName::pass("TONEMAP"),
+    name: Endpoint::pass("TONEMAP"),
     time: "tonemap",
     what: "scene light into display light",
     presence: |plan| {
@@ -47,12 +47,12 @@ pub const PASS: Pass = Pass {
 pub struct TonemapPass {
     screen: Screen,
     pub inputs: InputSet,
-    /// Light to add, where there is some.
+    /// Spread light to add, if the plan has it.
     spread: Option<SpreadLight>,
 }
 
 impl TonemapPass {
-    /// Its inputs are the HDR target, and spread light where the plan has it.
+    /// Binds the HDR target, and spread light if the plan has it.
     fn new(own: &Making) -> gpu::Result<Self> {
         let &Making { device, plan, .. } = own;
         let (curve, kept) = match plan.tone_mapping {
@@ -91,13 +91,13 @@ impl TonemapPass {
 
 impl PassRecorder for TonemapPass {
     /// Tone-maps the picture. Runs inside its subpass.
-    fn record(&self, recording: &FrameContext) {
+    fn record(&self, context: &FrameContext) {
         // The passes that spread light have left no viewport.
         if self.spread.is_some() {
-            recording.set_area();
+            context.set_area();
         }
         let spread = self.spread.as_ref().map(|own| (1, own.set()));
-        self.screen.record(recording, &[(0, self.inputs.set)].into_iter().chain(spread).collect::<Vec<_>>());
+        self.screen.record(context, &[(0, self.inputs.set)].into_iter().chain(spread).collect::<Vec<_>>());
     }
 
     fn rebind(&mut self, own: &Making) -> gpu::Result<()> {

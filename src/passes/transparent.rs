@@ -1,27 +1,24 @@
-//! TRANSPARENT: surfaces that show others behind them, lit while they are rasterized, over the picture that LIGHTING has made. Sorted, each over the
-//! picture so far; or summed up with weights in any order, for COMPOSITE to lay over the picture.
-
-use std::sync::Arc;
+//! TRANSPARENT: transparent surfaces, lit while they are rasterized, over the picture of LIGHTING. They are blended back to front, or summed with
+//! weights in any order for COMPOSITE to lay over the picture.
 
 use ash::vk;
 
 use super::blending::{blend, limits, targets};
 use super::surface::{LitDesc, SurfacePipelines, lit_pipeline};
 use super::{
-    FrameContext, Pass, PassName, PassRecorder, Presence, ResourceUse, SAMPLED, SetLayouts, Slot, air, frame_data,
-    looked_up, maps, meshes,
+    Endpoint, FrameContext, Making, Pass, PassRecorder, Presence, ResourceUse, SAMPLED, air, frame_data, looked_up,
+    maps, meshes,
 };
-use crate::gpu::{self, DepthState, Device, sync::Use};
-use crate::gpu_scene::GpuScene;
+use crate::gpu::{self, DepthState, sync::Use};
 use crate::plan::{FramePlan, GeometryKey, Opacity, effects};
 use crate::scene::{OptionalPart, Transparency};
 use crate::shaders::forward::Flags;
 
-/// Looks shadow maps up.
+/// Samples shadow maps.
 pub const MAP_READ: Use = SAMPLED;
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("TRANSPARENT"),
+    name: Endpoint::pass("TRANSPARENT"),
     time: "transparent",
     what: "surfaces that show what lies behind them",
     presence: |plan| match (drawn_alone(plan), plan.transparency) {
@@ -36,10 +33,10 @@ pub const PASS: Pass = Pass {
     },
     touches,
     leave_out: None,
-    make: Some(|own| Ok(Box::new(TransparentPass::new(own.device, own.plan, own.slot()?, own.layouts, own.scene)?))),
+    make: Some(|own| Ok(Box::new(TransparentPass::new(own)?))),
 };
 
-/// The effect that is blended where no transparent surface is.
+/// The name of the effect that is blended although the plan has no transparent surfaces.
 fn drawn_alone(plan: &FramePlan) -> Option<&'static str> {
     let draws_surfaces = !plan.transparent.is_empty() || plan.keep.has(OptionalPart::Transparent);
     effects::of(plan).find(|effect| effect.blended.is_some() && !draws_surfaces).map(|effect| effect.name)
@@ -61,14 +58,9 @@ pub struct TransparentPass {
 }
 
 impl TransparentPass {
-    /// `layouts` are those of set 0 and, where the plan has shadow maps, of set 2.
-    pub fn new(
-        device: &Arc<Device>,
-        plan: &FramePlan,
-        slot: &Slot,
-        layouts: SetLayouts,
-        scene: &GpuScene,
-    ) -> gpu::Result<Self> {
+    fn new(own: &Making) -> gpu::Result<Self> {
+        let &Making { device, layouts, plan, scene, .. } = own;
+        let slot = own.slot()?;
         let mut surfaces = SurfacePipelines::new(device, plan, ("transparent", &plan.transparent), layouts, scene)?;
         for &key in &plan.transparent {
             let desc = LitDesc {
@@ -88,14 +80,14 @@ impl TransparentPass {
 
 impl PassRecorder for TransparentPass {
     /// Draws visible objects, the farthest first. Runs inside its subpass.
-    fn record(&self, recording: &FrameContext) {
-        let draws = recording.visible.transparent.iter().map(|own| (&own.draw, own.first_index));
-        self.surfaces.record(recording, draws);
+    fn record(&self, context: &FrameContext) {
+        let draws = context.visible.transparent.iter().map(|own| (&own.draw, own.first_index));
+        self.surfaces.record(context, draws);
     }
 }
 
-/// Reversed Z. An opaque surface hides everything behind it, and everything coplanar but a coat; transparent surfaces hide nothing. A coat's depth is
-/// that of the surface under it, to the bit: their shaders have the same arithmetic, which is precise.
+/// Reversed Z. An opaque surface hides everything behind it, and everything coplanar but a coat; transparent surfaces hide nothing. A coat and the
+/// surface under it have bit-identical depth: their shaders do the same precise arithmetic.
 fn compare(key: GeometryKey) -> vk::CompareOp {
     match key.forward.is_some_and(|forward| forward.opacity == Opacity::Coat) {
         true => vk::CompareOp::GREATER_OR_EQUAL,
@@ -103,14 +95,13 @@ fn compare(key: GeometryKey) -> vk::CompareOp {
     }
 }
 
-/// Sums have outputs of their own.
+/// The shader flag of weighted blending, whose sums need separate outputs.
 fn weighted(plan: &FramePlan) -> Flags {
     if plan.transparency == Some(Transparency::Oit) { Flags::WEIGHTED } else { Flags::NONE }
 }
 
 /// Returns the shader variant of one of the plan's pipelines.
-#[cfg(test)]
-pub(crate) fn flags(plan: &FramePlan, key: GeometryKey) -> Flags {
+pub fn flags(plan: &FramePlan, key: GeometryKey) -> Flags {
     super::surface::lit_flags(plan, key) | weighted(plan)
 }
 
@@ -159,7 +150,7 @@ mod tests {
     fn no_sum_of_layers_overflows_its_target() {
         let mut kinds = [0; 3];
         let plans = samples::plans().into_iter().filter(|(_, plan)| plan.transparency.is_some());
-        // The same where the device blends single floats, into light of any format.
+        // Each plan is also tested with sums in 32-bit floats, and with light in 32-bit floats as well.
         let plans = plans.flat_map(|(name, plan)| {
             let (mut single, mut bright) = (plan.clone(), plan.clone());
             single.sums = plan.sums.and(Some(OitTargets::SINGLE));
@@ -217,13 +208,13 @@ mod tests {
             }
         }
 
-        /// So many times the value, added one by one.
+        /// Adds the value `count` times, one by one.
         fn sum(self, value: f32, count: u32) -> f32 {
             let value = self.half(value);
             let mut sum = 0.0;
             for _ in 0..count {
                 let next = self.half(sum + value);
-                // A step that changes nothing is followed by none that does.
+                // Once a step changes nothing, no later step does.
                 if next == sum {
                     break;
                 }
@@ -250,7 +241,7 @@ mod tests {
         })
     }
 
-    /// Light that a layer sends: a share of what it is lit by, or a clear pane's highlight.
+    /// The light of a layer, lit or with a clear pane's highlight, each with its relative tolerance.
     fn colors(limits: &Limits, alpha: f32) -> Vec<(f32, f32)> {
         // A blender that cuts off may lose one of 32 steps.
         let most = (limits.largest * alpha + limits.highlight, 1.0 / 31.0);
@@ -277,7 +268,7 @@ mod tests {
                             let sums = |count| [color, alpha].map(|value| rounding.sum(value * weight, count));
                             let [light, cover] = sums(triangles);
                             assert!(light < 65504.0 && cover > 0.0 && cover < 65504.0, "{what}: {light}, {cover}");
-                            // Alone it has its own colour, to the precision of 11 bits, and to 1/1024 of white where it is dark.
+                            // A single layer keeps its colour, with 11 bits of precision and an error of at most 1/1024 of white in the dark.
                             let [light, cover] = sums(1);
                             let (shown, own) = (light / cover, color / alpha);
                             let error = (shown - own).abs();
@@ -289,7 +280,7 @@ mod tests {
         }
     }
 
-    /// Values that are not alike round otherwise than equal ones: all of a pixel's layers, of the brightest and of any light below.
+    /// Unequal values round differently from equal ones: the layers of a pixel range from the brightest light down to `faintest` of it.
     #[test]
     fn sums_of_unlike_half_floats_do_not_overflow() {
         for mut plan in half_plans() {

@@ -1,11 +1,10 @@
-//! VELOCITY: the movement on the picture, since the frame before, of opaque surfaces that move by themselves. For all others TAA works it out from
-//! depth and the two cameras. Objects that have not moved since are not drawn.
+//! VELOCITY: screen-space motion vectors, since the previous frame, of opaque surfaces that move by themselves. TAA computes the motion of all other
+//! surfaces from depth and the two cameras. Objects that have not moved are not drawn.
 //!
-//! It draws where depth is equal to that of the finished picture, so that it looks up no mask. Other objects with vectors are drawn in the same
-//! subpass, or in one behind it.
+//! It draws with an EQUAL test against the finished picture's depth, so it needs no alpha mask. Other objects with vectors are drawn in the same
+//! subpass or a later one.
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
 
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
@@ -13,12 +12,12 @@ use glam::Vec4;
 
 use super::screen::{replace, stages};
 use super::{
-    COLOR_WRITE, ContentsIfFirst, DEPTH_COMPARE, EARLY_DEPTH_READ, FrameContext, MeshDraws, Pass, PassName,
-    PassRecorder, Presence, Resource, ResourceUse, Slot, frame_data, meshes, needed,
+    COLOR_WRITE, ContentsIfFirst, DEPTH_COMPARE, EARLY_DEPTH_READ, Endpoint, FrameContext, Making, MeshDraws, Pass,
+    PassRecorder, Presence, Resource, ResourceUse, frame_data, meshes, needed,
 };
-use crate::gpu::{self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, pipeline_layout, sync::Use};
+use crate::gpu::{self, DepthState, GraphicsPipeline, GraphicsPipelineDesc, Owned, pipeline_layout, sync::Use};
 use crate::gpu_scene::{OTHER_END, POSITION, POSITION_BEFORE, ROWS, vertex_input};
-use crate::plan::{Extras, FramePlan, VECTORS};
+use crate::plan::{Extras, VECTORS};
 use crate::shaders::velocity::{self as shader, Flags};
 use crate::visible::WorldObject;
 
@@ -28,7 +27,7 @@ pub const VECTOR_WRITE: Use = COLOR_WRITE;
 pub const DEPTH_READ: Use = EARLY_DEPTH_READ.or(DEPTH_COMPARE);
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("VELOCITY"),
+    name: Endpoint::pass("VELOCITY"),
     time: "velocity",
     what: "how far what moves by itself has come since the frame before",
     presence: |plan| match plan.effects.taa {
@@ -51,7 +50,7 @@ pub const PASS: Pass = Pass {
         own.into_iter().chain(meshes(plan).filter(|touch| !textured(touch))).collect()
     },
     leave_out: None,
-    make: Some(|own| Ok(Box::new(VelocityPass::new(own.device, own.plan, own.slot()?, own.layouts.frame)?))),
+    make: Some(|own| Ok(Box::new(VelocityPass::new(own)?))),
 };
 
 const STAGES: vk::ShaderStageFlags = vk::ShaderStageFlags::VERTEX;
@@ -80,16 +79,10 @@ pub struct VelocityPass {
 }
 
 impl VelocityPass {
-    /// # Errors
-    /// When the device cannot compile a pipeline.
-    pub fn new(
-        device: &Arc<Device>,
-        plan: &FramePlan,
-        slot: &Slot,
-        frame_layout: vk::DescriptorSetLayout,
-    ) -> gpu::Result<Self> {
+    fn new(own: &Making) -> gpu::Result<Self> {
+        let &Making { device, plan, .. } = own;
         let range = vk::PushConstantRange { stage_flags: STAGES, offset: 0, size: size_of::<VelocityPush>() as u32 };
-        let layout = pipeline_layout(device, "velocity layout", &[frame_layout], &[range])?;
+        let layout = pipeline_layout(device, "velocity layout", &[own.layouts.frame], &[range])?;
         let pipeline = |(deformed, strokes): (bool, bool)| {
             let flags = Flags::DEFORMED.when(deformed) | Flags::STROKES.when(strokes);
             let mut locations = vec![POSITION, ROWS, ROWS + 1, ROWS + 2];
@@ -113,7 +106,7 @@ impl VelocityPass {
                     blend: &[replace()],
                     samples: vk::SampleCountFlags::TYPE_1,
                     layout: layout.raw,
-                    place: slot,
+                    place: own.slot()?,
                 },
             )
         };
@@ -127,27 +120,27 @@ impl VelocityPass {
 
 impl PassRecorder for VelocityPass {
     /// Draws the objects that have moved since the frame before. Runs inside its subpass.
-    fn record(&self, recording: &FrameContext) {
-        let Some(frame) = recording.reprojection else { return };
+    fn record(&self, context: &FrameContext) {
+        let Some(frame) = context.reprojection else { return };
         let Some(before) = &frame.previous else { return };
-        recording.set_area();
-        recording.bind_set(self.layout.raw, 0, recording.frame_set);
+        context.set_area();
+        context.bind_set(self.layout.raw, 0, context.frame_set);
         for (&kind, pipeline) in &self.pipelines {
-            let object = |index: usize| &recording.world.objects[index];
+            let object = |index: usize| &context.world.objects[index];
             let is_own = |own: &WorldObject| (own.deform.is_some(), own.key.extras.strokes) == kind;
             let mut own = frame.moved.iter().filter(|moved| is_own(object(moved.draw.object))).peekable();
             if own.peek().is_none() {
                 continue;
             }
-            recording.bind_pipeline(pipeline.raw);
+            context.bind_pipeline(pipeline.raw);
             let (deformed, _) = kind;
             let streams: &[u32] = if deformed { &[POSITION, POSITION_BEFORE] } else { &[POSITION] };
-            let mut meshes = MeshDraws::new(recording, streams);
+            let mut meshes = MeshDraws::new(context, streams);
             for moved in own {
                 let object = object(moved.draw.object);
                 let (was, is) = (before.rows(&moved.before), frame.current.rows(&object.transform));
                 let push = VelocityPush { before: was.place, distance: is.distance, distance_before: was.distance };
-                recording.push(self.layout.raw, STAGES, &push);
+                context.push(self.layout.raw, STAGES, &push);
                 meshes.draw(object, moved.draw.level, None, moved.draw.instances());
             }
         }

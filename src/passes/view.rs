@@ -1,15 +1,13 @@
 //! VIEW: one of the frame's buffers in LIGHTING's place. Rows know the two by that name: they touch things in the same way.
 
-use std::sync::Arc;
-
 use ash::vk;
 
-use super::screen::{InputDescriptor, InputSet, Screen, ScreenDesc, replace};
+use super::screen::{InputSet, Screen, ScreenDesc, replace};
 use super::{
-    COLOR_WRITE, ContentsIfFirst, DEPTH_COMPARE, FrameContext, INPUT_READ, Making, Pass, PassName, PassRecorder,
-    Presence, ResourceUse, SAMPLED, SetLayouts, Slot, frame_data, gbuffer_inputs, light_maps, needed,
+    COLOR_WRITE, ContentsIfFirst, DEPTH_COMPARE, Endpoint, FrameContext, INPUT_READ, Making, Pass, PassRecorder,
+    Presence, ResourceUse, SAMPLED, frame_data, gbuffer_inputs, light_maps, needed,
 };
-use crate::gpu::{self, Device, SetLayout, sync::Use};
+use crate::gpu::{self, SetLayout, sync::Use};
 use crate::plan::{FramePlan, Gbuffer, Shading, Target, effects};
 use crate::scene::View;
 use crate::shaders::view::{self as shader, Flags, constants, host};
@@ -22,7 +20,7 @@ const OUTPUT_WRITE: Use = COLOR_WRITE;
 const MAP_READ: Use = SAMPLED;
 
 pub const PASS: Pass = Pass {
-    place: PassName::pass("VIEW"),
+    name: Endpoint::pass("VIEW"),
     time: "lighting",
     what: "shows a buffer instead of lighting it",
     presence: |plan| {
@@ -31,7 +29,7 @@ pub const PASS: Pass = Pass {
     },
     touches,
     leave_out: None,
-    make: Some(|own| Ok(Box::new(ViewPass::new(own.device, own.plan, own.slot()?, own.layouts, &own.inputs())?))),
+    make: Some(|own| Ok(Box::new(ViewPass::new(own)?))),
 };
 
 fn touches(plan: &FramePlan) -> Vec<ResourceUse> {
@@ -61,15 +59,10 @@ pub struct ViewPass {
 }
 
 impl ViewPass {
-    /// `layouts` are those of set 0 and, where the shadow maps are shown, of set 2; `inputs` are the views of the shown images.
-    pub fn new(
-        device: &Arc<Device>,
-        plan: &FramePlan,
-        slot: &Slot,
-        layouts: SetLayouts,
-        inputs: &[InputDescriptor],
-    ) -> gpu::Result<Self> {
-        let inputs = if inputs.is_empty() { None } else { Some(InputSet::new(device, "view inputs", inputs)?) };
+    fn new(own: &Making) -> gpu::Result<Self> {
+        let &Making { device, layouts, plan, .. } = own;
+        let inputs = own.inputs();
+        let inputs = if inputs.is_empty() { None } else { Some(InputSet::new(device, "view inputs", &inputs)?) };
         // The shadow maps are in set 2: where nothing is in set 1, its place in the layout is empty.
         let empty = match &inputs {
             None => Some(SetLayout::new(device, "no inputs", &[])?),
@@ -86,7 +79,7 @@ impl ViewPass {
             device,
             &ScreenDesc {
                 name: "view",
-                slot,
+                slot: own.slot()?,
                 shader,
                 constants: &constants_of(plan),
                 set_layouts: &set_layouts,
@@ -100,12 +93,12 @@ impl ViewPass {
 
 impl PassRecorder for ViewPass {
     /// Draws the view. Runs inside its subpass.
-    fn record(&self, recording: &FrameContext) {
-        recording.set_area();
-        let mut sets = vec![(0, recording.frame_set)];
+    fn record(&self, context: &FrameContext) {
+        context.set_area();
+        let mut sets = vec![(0, context.frame_set)];
         sets.extend(self.inputs.as_ref().map(|inputs| (1, inputs.set)));
-        sets.extend(recording.shadow_set.map(|set| (2, set)));
-        self.screen.record(recording, &sets);
+        sets.extend(context.shadow_set.map(|set| (2, set)));
+        self.screen.record(context, &sets);
     }
 
     fn rebind(&mut self, own: &Making) -> gpu::Result<()> {
@@ -117,7 +110,7 @@ impl PassRecorder for ViewPass {
 }
 
 /// Returns the shader variant of a plan.
-pub(crate) fn flags(plan: &FramePlan) -> Flags {
+pub fn flags(plan: &FramePlan) -> Flags {
     match (plan.shading, &plan.gbuffer) {
         (Shading::ShowOverdraw, _) => Flags::OVERDRAW,
         (Shading::ShowTriangle, _) => Flags::TRIANGLE,

@@ -1,5 +1,5 @@
-//! Advice where a device has too few attachments for a G-buffer: the fewest settings to change with which it draws the scene. Each is tried, so that none
-//! leads to the next refusal.
+//! Advice for devices with too few attachments for a G-buffer: the fewest changes of settings with which the device draws the scene. Each combination
+//! is tried, so that no advice leads to another refusal.
 
 use super::effect::Effect;
 use super::{PlanError, effects};
@@ -14,7 +14,7 @@ pub struct TooFew {
     pub most: u32,
     /// The part of the frame that needs a G-buffer, with its verb.
     pub who: String,
-    /// The options with which the device draws the scene, after a colon; empty where there are none.
+    /// A colon and the options with which the device draws the scene; empty if no options help.
     pub advice: String,
 }
 
@@ -24,7 +24,7 @@ impl TooFew {
     }
 }
 
-/// Why a frame whose light path nobody chose is lit as it is drawn.
+/// The reason why a frame without a chosen light path is lit as it is drawn.
 pub(super) fn reason(error: &PlanError) -> String {
     match error {
         PlanError::ColorAttachments(TooFew { needed, most, .. }) => {
@@ -45,7 +45,7 @@ struct SettingChange {
     apply: fn(&mut Settings),
 }
 
-/// The changes that alter anything, those first that change the picture least.
+/// The changes that have an effect on these settings; changes that alter the picture least come first.
 fn changes(scene: &Scene, settings: &Settings) -> Vec<SettingChange> {
     let change = |option, leaves_out, apply| SettingChange { option, leaves_out, apply };
     let asked_for =
@@ -120,7 +120,7 @@ mod tests {
     use super::*;
     use crate::scene::{AmbientOcclusion, Brdf, Emitter, Falloff, GbufferPreset, Reflections};
 
-    /// A G-buffer of five targets: albedo, normals, materials, specular and light of their own.
+    /// A scene whose G-buffer has five targets: albedo, normals, materials, specular and emissive light.
     fn scene() -> Scene {
         let glowing = crate::scene::Material { emissive: Vec3::ONE, ..textured(Brdf::Phong) };
         let mut scene = samples::scene(vec![glowing, material(Brdf::CookTorrance)], vec![point(Falloff::Quadratic)]);
@@ -153,7 +153,7 @@ mod tests {
                 with_reflections(with_ao(plain.clone())),
                 format!("ambient occlusion and reflections need {HAS_4}: choose `--ao off --reflections off`"),
             ),
-            // The path that such advice once named, and the one that its refusal named.
+            // The path that this advice once named, and the path that the following refusal named.
             (with_ao(path(LightPath::Forward)), format!("ambient occlusion needs {HAS_4}: choose `--ao off`")),
             (
                 with_ao(path(LightPath::Loop)),

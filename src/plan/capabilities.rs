@@ -29,11 +29,11 @@ pub struct Capabilities {
     pub sampled_msaa: u32,
     /// The sample counts that a compute shader can read one by one, of a target of triangles' numbers, which are integers of 32 bits.
     pub numbered_msaa: u32,
-    /// The most that textures can be filtered with; 1 where the device has no anisotropic filtering.
+    /// Maximum anisotropy of samplers; 1 if the device has no anisotropic filtering.
     pub anisotropy: u32,
-    /// Its samplers look at every texel that a pixel covers, which takes long: shaders look at some places.
+    /// Anisotropic samplers read every texel that a pixel covers, which is slow: shaders take a few samples instead.
     pub slow_anisotropy: bool,
-    /// It reads a buffer once for many invocations where the place in it comes from push constants.
+    /// The device reads a buffer once for many invocations if the index comes from push constants.
     pub reads_pushed_places_once: bool,
     /// Shaders are told which triangle of a draw they shade.
     pub primitive_index: bool,
@@ -47,7 +47,7 @@ pub struct Capabilities {
     pub fragment_resources: u32,
     /// Bytes of a storage buffer that a compute shader can see.
     pub storage_range: u32,
-    /// There is memory that only exists while a tile needs it.
+    /// The device has lazily allocated memory, for attachments that stay in tile memory.
     pub lazily_allocated: bool,
     /// Invocations of a compute work group.
     pub compute_invocations: u32,
@@ -67,7 +67,7 @@ pub struct Capabilities {
     pub local_read_depth: bool,
     /// They can read attachments of several samples.
     pub local_read_samples: bool,
-    /// Images in GENERAL cost no time.
+    /// Images in the layout GENERAL are as fast as in specialized layouts.
     pub unified_layouts: Support,
     /// A queue that computes and does not draw, with semaphores that count.
     pub compute_queue: Support,
@@ -80,7 +80,7 @@ pub struct Capabilities {
 }
 
 impl Capabilities {
-    /// Returns those of a device that lacks nothing but memory of its own for tiles: a plan that is refused even there is refused for the settings' sake.
+    /// Returns a device that lacks nothing but tile memory: if it refuses a plan, the settings are the reason.
     pub const fn ample() -> Self {
         Self {
             max_extent: 16384,
@@ -121,7 +121,7 @@ impl Capabilities {
         }
     }
 
-    /// Returns true if textures can stay in these blocks.
+    /// Returns true if textures can be sampled in this block format.
     pub fn samples(&self, format: BlockFormat) -> bool {
         match format {
             BlockFormat::Bc7 => self.bc7,

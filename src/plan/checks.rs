@@ -59,7 +59,8 @@ pub(super) fn check_blocks(scene: &Scene, plan: &FramePlan) -> Result<(), PlanEr
     undecodable.map_or(Ok(()), Err)
 }
 
-/// Refuses surfaces whose pipelines name more images than a shader can: textures of a material, those of the sky and its light, and two of shadow maps where surfaces are lit as they are drawn.
+/// Refuses surfaces whose pipelines name more images than a shader can: textures of the material, images of the sky and its light, and two of shadow
+/// maps if surfaces are lit as they are drawn.
 pub(super) fn check_sampled_images(plan: &FramePlan, device: &Capabilities) -> Result<(), PlanError> {
     let sky = plan.effects.sky.map_or(0, |own| u32::from(own.shown) + 3 * u32::from(own.lights));
     let images = |key: &GeometryKey| {
@@ -101,7 +102,7 @@ pub(super) fn check_antialiasing(settings: &Settings, lit: bool) -> Result<(), P
     Ok(())
 }
 
-/// Multisampling goes with every layout of floats, and with the paths that rasterize what they light or light a G-buffer in one step.
+/// Refuses multisampling with integer G-buffer formats and with light paths that add lights draw by draw, as these shade one sample a pixel.
 pub(super) fn check_msaa(
     settings: &Settings,
     gbuffer: Option<&Gbuffer>,

@@ -43,7 +43,7 @@ const _: () = {
     assert!(Falloff::Polynomial { constant: 1.0, linear: 0.0, quadratic: 0.0 }.index() == lights::POLYNOMIAL);
     assert!(NO_FALLOFF == lights::NO_FALLOFF);
     assert!(STROKE_VERTICES == strokes::STROKE_VERTICES as usize);
-    // In the order of reports.
+    // `TRAITS` lists them in the order of reports.
     let [cones, beams, ranges] = TRAITS else { panic!("a trait of lights that shaders do not know") };
     assert!(cones.bit == lights::CONES && beams.bit == lights::BEAMS && ranges.bit == lights::RANGES);
 };

@@ -6,11 +6,11 @@ use crate::scene::{Keep, OptionalPart, Scene, Settings};
 /// The extra cost of a frame if the settings kept a part without need.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Cost {
-    /// Device memory. Less than nothing where a part that stays makes another one smaller.
+    /// Device memory. Negative if the kept part makes another one smaller.
     pub bytes: i64,
-    /// Of attachments, for each pixel.
+    /// Attachment bytes per pixel.
     pub bytes_per_pixel: i64,
-    /// The plan has it anyway, or has no place for it, so that keeping it changes nothing.
+    /// Keeping the part changes nothing: the plan has it anyway, or cannot have it.
     pub same: bool,
 }
 
@@ -20,7 +20,7 @@ impl FramePlan {
         self.parts().iter().map(|part| part.bytes).sum()
     }
 
-    /// Returns the additional cost of this plan, which is that of the other arguments, with `part` kept.
+    /// Returns the additional cost of keeping `part`. This plan must be made from the same scene, settings and device.
     ///
     /// # Errors
     /// When the part cannot be kept, as on a device that is too small for it.
@@ -34,7 +34,7 @@ impl FramePlan {
         self.cost_of_all(settings.keep.with(part), scene, settings, device)
     }
 
-    /// The same for several parts at once.
+    /// Returns the additional cost of keeping several parts at once.
     ///
     /// # Errors
     /// As [`FramePlan::cost_of`].

@@ -1,17 +1,18 @@
 //! A cost model of frames on a device, by which `auto` chooses between ways to the same picture.
 //!
-//! A calibration (`afterlight doctor --calibrate`) measures them; a device without one has those of its kind, measured in the same way on one such device
-//! (but for culling on CPUs, which is too near to nothing to be measured).
-//! Figures of a device choose among light paths that give the same bits, and whether the device culls, which changes no bit either. Visibility
-//! numbers in the place of a G-buffer give a picture that differs in its last digits, so that only a calibration that somebody asked for decides on
-//! those: a device's pictures must not change because a window was opened on it once.
+//! A calibration (`afterlight doctor --calibrate`) measures its figures. Without one, a device has the figures of its kind, measured in the same way
+//! on one such device (but for culling on CPUs, whose cost is too small to measure).
+//!
+//! A device's figures choose among light paths with bit-identical pictures, and whether the device culls, which changes no bit either. Visibility
+//! numbers in place of a G-buffer change the last digits of the picture, so only a calibration that somebody asked for may choose them: a device's
+//! pictures must not change because a window was once opened on it.
 
 use crate::scene::LightPath;
 
 /// The origin of the figures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Basis {
-    /// They are those of another device of the same kind, with its name.
+    /// Measured on another device of the same kind, named here.
     Kind(&'static str),
     /// A calibration that ran by itself.
     Unasked,
@@ -23,7 +24,7 @@ pub enum Basis {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
 pub struct PathCost {
-    /// Without a light, for surfaces that fill the picture.
+    /// The cost without lights, for surfaces that fill the picture.
     pub base: u32,
     /// Added for each triangle of the scene, in picoseconds.
     pub triangle: u32,
@@ -31,7 +32,7 @@ pub struct PathCost {
     pub lists: u32,
     /// More for each light that reaches everywhere.
     pub unlimited: u32,
-    /// More for each light of limited reach, of which 1.8 reach a place, however many there are.
+    /// More for each light of limited reach. On average 1.8 such lights reach a place, however many the scene has.
     pub limited: u32,
 }
 
@@ -113,7 +114,7 @@ impl CostModel {
             PathCost { base: 410, triangle: 633, lists: 0, unlimited: 3, limited: 0 },
             PathCost { base: 263, triangle: 818, lists: 0, unlimited: 3, limited: 0 },
         ],
-        // From 4256 objects on.
+        // With these figures the device culls from 4256 objects on.
         culling: CullingCost { cpu_object: 99, device_frame: 400_000, device_object: 5 },
     };
 

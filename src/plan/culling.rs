@@ -6,23 +6,22 @@ use super::{Basis, Capabilities, Shading, SurfaceRules};
 use crate::scene::{Culling, MOST_LEVELS, OptionalPart, Scene, Settings, counted};
 use crate::shaders::shared::culling::STEPS;
 
-/// Objects that share a mesh and a material, on average, from which on a device culls by itself: each such pair is a command in every step of depth,
-/// drawn or not.
+/// The average number of objects per pair of mesh and material from which the device culls: each pair is a command in every depth step, drawn or not.
 const SHARED_BY: usize = 16;
 
 /// Storage buffers that CULL names, with levels of detail and occlusion culling.
 pub(crate) const CULL_BUFFERS: u32 = 7;
 
-/// Bytes that a work group of CULL shares: two words for each step of depth, and of each level of detail where there are some.
+/// Bytes of shared memory of a CULL work group: two words for each depth step, and for each depth step of each level of detail if meshes have levels.
 const CULL_SHARED_BYTES: [u32; 2] = [8 * STEPS, 8 * STEPS * (MOST_LEVELS as u32 + 1)];
 
-/// Returns the warning where culling on the device was asked for and is not done.
+/// Returns a warning if culling on the device was asked for and is not done.
 pub(super) fn warning(settings: &Settings, culling: &Result<String, String>) -> Option<String> {
     let why = culling.as_ref().err().filter(|_| settings.culling == Culling::Gpu)?;
     Some(format!("--culling gpu is not followed ({why})"))
 }
 
-/// Ok with the reason if the device does.
+/// Returns `Ok` with the reason if the device culls.
 pub(super) fn choose(
     scene: &Scene,
     settings: &Settings,
@@ -85,7 +84,7 @@ mod tests {
     use crate::plan::{FramePlan, samples};
     use crate::scene::{LightPath, Material, View};
 
-    /// So many squares, of which each of so many shares a mesh and a material with the others.
+    /// `count` squares that share `materials` pairs of a mesh and a material.
     fn crowd(count: usize, materials: usize) -> Scene {
         let mut scene = samples::scene(vec![Material::default(); materials], vec![samples::sun()]);
         scene.objects = (0..count).map(|index| scene.objects[index % materials].clone()).collect();
@@ -108,7 +107,7 @@ mod tests {
         assert!(!culls(&crowd(many, 4), &defaults, &slow));
         slow.costs.culling.device_object = slow.costs.culling.cpu_object;
         assert!(!culls(&crowd(many, 4), &defaults, &slow));
-        // One that is the CPU does so without shadows.
+        // A CPU device culls if no light casts shadows.
         let mut unshadowed = crowd(samples::software().costs.culling.many_objects(), 4);
         assert!(!culls(&unshadowed, &defaults, &samples::software()));
         unshadowed.lights[0].casts_shadow = false;

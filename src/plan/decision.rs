@@ -1,4 +1,4 @@
-//! The decision of a plan, step by step, each from those before it: settings, device and scene go in, and nothing else.
+//! The decision of a plan from settings, device and scene alone, each step from the previous ones.
 
 use ash::vk;
 
@@ -91,7 +91,7 @@ impl FramePlan {
     /// Decides on the parts of the frame.
     ///
     /// # Errors
-    /// When the device cannot do what the settings ask for, a view shows what the scene does not have, or [`Scene::check`] finds a fault.
+    /// When the device does not support the settings, a view shows something that the scene lacks, or [`Scene::check`] finds a fault.
     pub fn of(scene: &Scene, settings: &Settings, device: &Capabilities) -> Result<Self, PlanError> {
         scene.check()?;
         let (asked, view) = (settings, settings.view);
@@ -109,13 +109,13 @@ impl FramePlan {
         Ok(plan)
     }
 
-    /// Decides all but the words about it, for a scene that has been checked.
-    /// `view`: the view that was asked for, in whose place another may be planned.
+    /// Decides everything but the descriptions of parts, for a scene that has been checked. `view` is the view that was asked for; another one may be
+    /// planned in its place.
     ///
-    /// Where fragment shaders of the path that `Auto` takes name too much for the device, it is `loop`, which names least.
+    /// If fragment shaders of the path that `Auto` chooses name too many resources for the device, the path is `loop`, which names the fewest.
     ///
-    /// Where a device has too few attachments for the G-buffer and nobody asked for a light path, surfaces are lit as they are drawn. Where that path fails
-    /// as well, the error tells what needs the G-buffer and which options do without.
+    /// If the device has too few attachments for the G-buffer and no light path was asked for, surfaces are lit as they are drawn. If that path fails
+    /// as well, the error names the part that needs the G-buffer and the options that avoid it.
     fn decide(scene: &Scene, settings: &Settings, device: &Capabilities, view: View) -> Result<Self, PlanError> {
         let of = |settings: &Settings| {
             let of = |settings: &Settings| Self::decide_as_asked(scene, settings, device, view);

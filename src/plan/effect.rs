@@ -1,8 +1,8 @@
 //! The declaration of an effect, written once, in the effect's own file. [`super::effects`] lists them, and plan, refusals and reasons follow from that list.
 //!
-//! Beside it an effect has a field of `EffectPlans`, a line of `EFFECTS` and its public names in `types`, all in the same table; its settings, in the table of settings; its
-//! passes, each with its module in `src/passes/mod.rs` and its line in the order of a frame. `aberration.rs` is a small one, which works on the finished picture. `reflections.rs` is one that
-//! works on light: it has a view, refusals and targets.
+//! Besides the declaration, an effect has a field of `EffectPlans`, a line of `EFFECTS` and public names in `types`, all in the same table. Its
+//! settings are in the table of settings. Each of its passes has a module in `src/passes/mod.rs` and a line in the order of a frame. `aberration.rs`
+//! is a small effect, which works on the finished picture. `reflections.rs` works on light, and has a view, refusals and targets.
 
 use super::{
     Capabilities, EffectPlans, FramePlan, OwnTarget, Part, PlanError, PlannedTexture, Refusal, RefusalReason, Shading,
@@ -14,7 +14,7 @@ use crate::scene::{LightPath, Scene, Settings, View};
 pub struct Effect {
     /// The name by which sentences call it.
     pub name: &'static str,
-    /// Sentences say that they are, and not that it is.
+    /// The name is plural in sentences: they are, not it is.
     pub is_plural: bool,
 
     /// Returns true if frames would have it on a light path that can draw it.
@@ -36,46 +36,46 @@ pub struct Effect {
     pub stores_gbuffer: Option<&'static str>,
     /// True if its shaders name many buffers: the advice for devices that allow few offers to leave it out.
     pub names_many_buffers: bool,
-    /// Refuses the settings, light paths and devices that it does not go with. Ranges of settings are checked by their rows, and what works on the finished picture (`on_picture` of
-    /// its row) is refused by light paths, samples and outputs without a word here.
+    /// Refuses the settings, light paths and devices that it does not go with. The settings table checks ranges, and effects on the finished picture
+    /// (`on_picture` in their rows) need no check of light paths, samples and outputs here.
     pub check: fn(&EffectRequest) -> Result<(), PlanError>,
     /// Refuses devices that are too small for a whole plan.
     pub check_plan: fn(&FramePlan, &Capabilities) -> Result<(), PlanError>,
 
     /// Why it needs an HDR target.
     pub hdr: Option<Hdr>,
-    /// It is blended as transparent surfaces are.
+    /// How it is blended, if it is blended like transparent surfaces.
     pub blended: Option<Blended>,
     /// Changes the light of the picture before it is tone-mapped.
     pub changes_light: bool,
     /// Would blur the views of other effects, so that they leave it out.
     pub spreads: bool,
-    /// Changes what is seen beside surfaces, so that no picture without its background can have it.
+    /// Changes pixels without surfaces, so that a picture without background cannot have it.
     pub shines_beyond: bool,
-    /// Jittered frames that it averages to one picture, and each of which stands for a part of the pixel.
+    /// The number of jittered frames that it averages, each for a part of the pixel.
     pub frames: fn(&Settings) -> u32,
 
     /// Says why every light reaches all pixels under these settings; `None` if the effect adds no such reason.
     pub reaches_all_lights: fn(&Settings) -> Option<&'static str>,
-    /// The lights that frames which have it need where no surface is seen.
+    /// The lights that frames with the effect need in pixels without surfaces.
     pub lit_air: fn(&FramePlan) -> LitAir,
     /// The shaders of its frames that have no code for lights in a uniform buffer.
     pub needs_light_buffer: LightReaders,
     /// True if a compute shader of it looks up the sky's light.
     pub computes_with_sky: bool,
-    /// Says why the CPU lists the objects that move by themselves; `None` if the effect does not need that. Deformed meshes keep their vertices of the frame
-    /// before, too.
+    /// Says why the CPU lists the objects that move by themselves; `None` if the effect does not need that. Deformed meshes then also keep the
+    /// previous frame's vertices.
     pub lists_moving: fn(&EffectPlans) -> Option<&'static str>,
 
-    /// Its targets. `src/plan/targets.rs` has those that belong to no effect.
+    /// The effect's targets. `src/plan/targets.rs` has the targets of no effect.
     pub targets: &'static [OwnTarget],
-    /// Its textures, beside those of materials.
+    /// The effect's textures, in addition to the materials'.
     pub textures: fn(&EffectPlans) -> &[PlannedTexture],
     /// The number of its storage buffers that every shader which lights names, in the frame's set.
     pub frame_buffers: fn(&FramePlan) -> u32,
-    /// Its uploads before the first frame.
+    /// The effect's uploads before the first frame.
     pub uploads: fn(&EffectPlans) -> Uploads,
-    /// Returns true if its data of one plan can stay on the device for the other.
+    /// Returns true if the effect's data on the device for one plan also serves the other.
     pub uploads_as: fn(&EffectPlans, &EffectPlans) -> bool,
 
     /// Lists the effect's own lines for `inspect`, such as its targets. Passes are listed elsewhere.
@@ -84,37 +84,37 @@ pub struct Effect {
     pub unswept: fn(&str, &Scene, &FramePlan) -> Option<&'static str>,
     /// True if the report sets it aside before it takes a frame's error apart, because no part of the error stands for it.
     pub is_set_aside: bool,
-    /// The forms of it that have passes or rows of their own: sample plans of tests, and mutants, are made of them.
+    /// Variants with separate passes or dependency rows, from which the tests' sample plans and the laboratory's mutants are made.
     pub variations: &'static [Variation],
 
-    /// Its passes that draw into the light or the picture, by the names that rows have of them: `reflect-resolve`.
+    /// The effect's passes that draw into the light or the picture, by their names in dependency rows, such as `reflect-resolve`.
     pub draws: &'static [&'static str],
-    /// Names that rows to its passes, or from them, had formerly.
+    /// Former names of dependency rows to or from the effect's passes.
     pub former_rows: &'static [FormerRow],
 }
 
-/// A change that turns a plain frame into one with something more. Sample plans have each variation, alone and with others, and so have the mutants of the laboratory.
+/// A change that adds something to a plain frame. Sample plans and the laboratory's mutants have each variation, alone and with others.
 #[derive(Debug, Clone, Copy)]
 pub struct Variation {
-    /// Its name in words: `lit fog`.
+    /// The name in words, such as `lit fog`.
     pub name: &'static str,
-    /// Gives a scene what it lacks.
+    /// Adds to a scene whatever the variation needs.
     pub scene: fn(&mut Scene),
     /// Asks for it.
     pub settings: fn(&mut Settings),
     /// It is tried with one other variation at most, as views are.
     pub is_alone: bool,
-    /// The names of others that it is tried with, set by set, in frames that Vulkan carries in another way than by default.
+    /// Sets of other variations, by name, that it is tried with in frames with non-default passes, barriers, layouts or queues.
     pub carried_with: &'static [&'static [&'static str]],
 }
 
 impl Variation {
-    /// One that every scene can have.
+    /// A variation that every scene can have.
     pub const fn of(name: &'static str, settings: fn(&mut Settings)) -> Self {
         Self::with(name, |_| {}, settings)
     }
 
-    /// One that needs something of the scene.
+    /// A variation that needs something of the scene.
     pub const fn with(name: &'static str, scene: fn(&mut Scene), settings: fn(&mut Settings)) -> Self {
         Self { name, scene, settings, is_alone: false, carried_with: &[] }
     }
@@ -124,21 +124,21 @@ impl Variation {
         Self { is_alone: true, ..Self::with(name, scene, settings) }
     }
 
-    /// The same with [`Self::carried_with`].
+    /// Sets [`Self::carried_with`].
     pub const fn carried_with(self, sets: &'static [&'static [&'static str]]) -> Self {
         Self { carried_with: sets, ..self }
     }
 }
 
-/// A former name of a row, with the names of today of which the first that a plan has takes its place. `*` stands for the pass that was the last to draw light or
-/// the picture before the row.
+/// A former name of a dependency row, and its current names, of which the first one that a plan has replaces it. `*` stands for the last pass that
+/// drew light or the picture before the row.
 pub type FormerRow = (&'static str, &'static [&'static str]);
 
-/// An option that leaves an effect out, and the same as a change of settings.
+/// An option that leaves an effect out, and its change of settings.
 pub type Off = (&'static str, fn(&mut Settings));
 
 impl Effect {
-    /// An effect of which its declaration says nothing else.
+    /// The defaults of a declaration.
     pub const PLAIN: Self = Self {
         name: "",
         is_plural: false,
@@ -200,7 +200,7 @@ pub const NOT_ASKED_FOR: &str = "not asked for";
 pub struct EffectView {
     pub view: View,
     pub shows: Shows,
-    /// Nothing of the picture's light is seen in it, so that all that would change that light is left out.
+    /// The view shows no light of the picture, so everything that would change that light is left out.
     pub is_alone: bool,
     /// Turns the settings that are asked for into the ones that are planned.
     pub plan: fn(&mut Settings),
@@ -209,11 +209,11 @@ pub struct EffectView {
 /// The content of an effect's view.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shows {
-    /// Light, of which samples have a mean.
+    /// Light, whose samples can be averaged.
     Light,
     /// Values of one sample, found while the picture is lit.
     Values,
-    /// A value of the G-buffer, which no light changes: the target that the effect's pass writes, and its content after that.
+    /// A G-buffer value, independent of lights, in a target that the effect's pass writes.
     Gbuffer {
         target: Target,
         /// What the target holds after the effect, in a sentence.
@@ -255,7 +255,7 @@ pub struct Blended {
 
 /// Why an effect needs an HDR target, in a sentence without a full stop.
 pub enum Hdr {
-    /// Its light is added to LIGHTING's. Forward paths add it as they draw surfaces.
+    /// The effect adds its light to LIGHTING's. Forward paths add it as they draw surfaces.
     Adds(&'static str),
     /// It blends over the light before that is tone-mapped.
     Blends(&'static str),
@@ -277,7 +277,7 @@ pub struct EffectRequest<'a> {
     pub scene: &'a Scene,
     /// The settings that are planned.
     pub settings: &'a Settings,
-    /// The view that was asked for, in whose place another may be planned.
+    /// The view that was asked for; another may be planned in its place.
     pub view: View,
     pub shading: Shading,
     /// Never `Auto`.

@@ -67,19 +67,19 @@ pub fn variations() -> impl Iterator<Item = &'static Variation> {
 /// The effects of a plan's frames, each with its parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EffectPlans {
-    /// The scene's sky, where it is seen or lights surfaces.
+    /// The scene's sky, if it is visible or lights surfaces.
     pub sky: Option<SkyPlan>,
-    /// The materials with lobes beside base and highlight, where they are drawn.
+    /// The drawn materials that have lobes beside base and highlight.
     pub lobes: Option<LobesPlan>,
-    /// Glass shows the picture behind it, where it bends or blurs light.
+    /// Glass that bends or blurs light, and shows the picture behind it.
     pub refraction: Option<RefractionPlan>,
     /// Transparent surfaces cast shadows.
     pub tints: bool,
-    /// The way in which ambient occlusion is found, where it is.
+    /// Ambient occlusion and its method.
     pub ao: Option<AoPlan>,
-    /// The reflections of the picture in surfaces, where there are some.
+    /// Screen-space reflections.
     pub reflections: Option<ReflectionPlan>,
-    /// The particles of the scene's emitters, where they are drawn.
+    /// The drawn particles of the scene's emitters.
     pub particles: Option<ParticlePlan>,
     /// Fog lies between the eye and the surfaces.
     pub fog: Option<FogPlan>,
@@ -214,7 +214,7 @@ pub fn of_gbuffer(plan: &FramePlan) -> impl Iterator<Item = (Target, View, &'sta
     })
 }
 
-/// VIEW's code for what an effect has left in the G-buffer, if the view shows that.
+/// VIEW's code for the effect's G-buffer value that `view` shows, if it shows one.
 pub fn shown_in_gbuffer(view: View) -> Option<u32> {
     match shown_by(view)?.1.shows {
         Shows::Gbuffer { code, .. } => Some(code),
@@ -248,13 +248,13 @@ pub fn unswept(key: &str, scene: &Scene, plan: &FramePlan) -> Option<&'static st
     EFFECTS.iter().find_map(|effect| (effect.unswept)(key, scene, plan))
 }
 
-/// The reason that no light is out of reach, if an effect has one.
+/// The reason why every light reaches all pixels, if an effect has one.
 pub(super) fn reach_all_lights(settings: &Settings) -> Option<&'static str> {
     EFFECTS.iter().find_map(|effect| (effect.reaches_all_lights)(settings))
 }
 
 impl FramePlan {
-    /// The name of an effect of its frames that changes what is seen beside surfaces.
+    /// The name of an effect that also changes pixels without surfaces, if frames have one.
     pub fn shines_beyond_surfaces(&self) -> Option<&'static str> {
         of(self).find(|effect| effect.shines_beyond).map(|effect| effect.name)
     }

@@ -51,7 +51,7 @@ pub enum PlanError {
     /// The view of triangles on a device that does not number them.
     #[error("this device does not number triangles (it lacks geometryShader): the view triangle cannot be drawn")]
     NoTriangles,
-    /// The view of shadow maps where there are none, and why.
+    /// The view of shadow maps without any map, and the reason for their absence.
     #[error("there is no shadow map to show: {0}")]
     NoShadowMap(String),
     /// The light path `visibility` where the device or the scene does not allow it.

@@ -14,7 +14,7 @@ pub enum NormalEncoding {
     Octahedral = wgsl::OCTAHEDRAL,
     /// From -1..1 to 0..1, in three channels.
     HalfEncoded = wgsl::HALF_ENCODED,
-    /// As it is, in signed channels.
+    /// Unencoded, in signed channels.
     Signed = wgsl::SIGNED,
     /// Octahedral, in two channels of 8 bits.
     Octahedral8 = wgsl::OCTAHEDRAL_8,
@@ -23,7 +23,7 @@ pub enum NormalEncoding {
 /// Formats of the targets that GEOMETRY writes besides depth.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Gbuffer {
-    /// RGB albedo, sRGB-encoded where it has 8 bits; alpha: ambient occlusion.
+    /// RGB albedo, sRGB-encoded if it has 8 bits; alpha: ambient occlusion.
     pub albedo: vk::Format,
     /// Shading normal.
     pub normal: vk::Format,
@@ -31,17 +31,18 @@ pub struct Gbuffer {
     pub normal_encoding: NormalEncoding,
     /// Perceptual roughness (or shininess), metallic, geometric normal octahedral in the last two; as many channels as are needed.
     pub material: Option<vk::Format>,
-    /// The second of those channels is in use.
+    /// The material's second channel is in use.
     pub metallic: bool,
-    /// The last two of those channels are in use. Where they are not, the shading normal is the geometric one.
+    /// The material's last two channels are in use. Otherwise the shading normal is the geometric one.
     pub geometric_normal: bool,
-    /// A pass reads geometric normals that differ from the shading ones. Channels that are kept without that need say of every pixel that both
-    /// normals are one, so that they change no bit.
+    /// A pass reads geometric normals that differ from the shading normals. Channels that are kept without that need mark the two normals as equal in
+    /// every pixel, so that they change no bit.
     pub normals_differ: bool,
-    /// Ks, and the BRDF's index in alpha. Where a Cook-Torrance surface reflects otherwise than a usual dielectric, such surfaces have the square
-    /// root of the reflectance facing the eye, and alpha has the grazing reflectance, times 2/3, or the index b of another BRDF as (b + 6) / 9.
+    /// Ks, and the BRDF's index in alpha. If some Cook-Torrance surface reflects otherwise than a usual dielectric, such surfaces store the square
+    /// root of the reflectance at normal incidence, and alpha stores the grazing reflectance times 2/3, or the index b of another BRDF as (b + 6) /
+    /// 9.
     pub specular: Option<vk::Format>,
-    /// Relative to the camera; rebuilt from depth where it is absent.
+    /// Position relative to the camera; rebuilt from depth if absent.
     pub position: Option<vk::Format>,
 }
 
@@ -53,7 +54,7 @@ pub(super) struct GbufferNeeds {
     pub metal: bool,
     /// Some Cook-Torrance surface reflects otherwise than a usual dielectric.
     pub reflectance: bool,
-    /// Shadows fall on surfaces, and their bias needs a normal that is not that of the shading, or some are free of shadows.
+    /// Shadow biases need a geometric normal that differs from the shading normal, or some surfaces receive no shadows.
     pub geometric_normal: bool,
     /// Is it looked at?
     pub view: View,

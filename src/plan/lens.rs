@@ -19,7 +19,7 @@ pub(super) fn check(scene: &Scene, settings: &Settings) -> Result<(), PlanError>
     Ok(())
 }
 
-/// Returns the warning where one frame alone cannot show what was asked for.
+/// Returns a warning if a picture of one frame cannot show the lens or the shutter that was asked for.
 pub(super) fn warning(settings: &Settings) -> Option<String> {
     let asked = match (settings.aperture.is_pinhole(), settings.shutter > 0.0) {
         _ if settings.samples > 1 => return None,
@@ -31,7 +31,7 @@ pub(super) fn warning(settings: &Settings) -> Option<String> {
     Some(format!("a picture of 1 sample has {asked}: several have, as --samples 64"))
 }
 
-/// Both, as `inspect` lists them.
+/// The lens and the shutter, as `inspect` lists them.
 pub(super) fn parts(scene: &Scene, settings: &Settings) -> [Part; 2] {
     let samples = settings.samples;
     let lens = ThinLens::of(settings, &scene.camera);

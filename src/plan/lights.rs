@@ -1,4 +1,4 @@
-//! The lights of a plan: their kinds, for which shaders have code, their order, how far they reach, and the path by which pixels meet them.
+//! The lights of a plan: the kinds that shaders have code for, their order, their reach, and the light path.
 
 pub(crate) mod box_tree;
 mod grid;
@@ -27,8 +27,8 @@ use crate::shaders::shared::lights as wgsl;
 /// Lights that fit into the least uniform buffer that a device must have.
 pub const UNIFORM_LIGHTS: usize = wgsl::UNIFORM_LIGHTS as usize;
 
-/// The numbers of point and spot lights that a loop takes four at a time, where that brings anything. Fewer are not worth the larger shader
-/// (docs/FIGURES.md has the gain of more). The shader counts no further than the last.
+/// The numbers of point and spot lights that a loop takes four at a time, on devices that gain by it. Fewer lights are not worth the larger shader
+/// (docs/FIGURES.md has the gain of more). The end of the range is the most that the shader can count.
 const BY_FOURS: RangeInclusive<usize> = 8..=4 * PLACES * PLACES;
 const PLACES: usize = lighting::PLACES as usize;
 
@@ -40,7 +40,7 @@ pub(super) struct LightingPlan {
     pub order: LightOrder,
     pub lights: PlannedLights,
     pub path: LightPath,
-    /// Why it is this one.
+    /// Why this path was chosen.
     pub reason: String,
     pub shadow: Option<ShadowPlan>,
     pub shadow_warnings: Vec<String>,
@@ -81,14 +81,14 @@ impl LightingPlan {
         Ok(Self { order, lights, path, reason, shadow, shadow_warnings })
     }
 
-    /// Counting and depth alone gain nothing from it.
+    /// Returns true if frames have a depth pre-pass. Views that only count fragments or draw depth gain nothing from it.
     pub(super) fn has_prepass(&self, settings: &Settings, shading: Shading) -> bool {
         settings.depth_prepass.unwrap_or(self.path == LightPath::Forward) && shading.reads_gbuffer()
     }
 }
 
 impl FramePlan {
-    /// Storage buffers that every stage which lights sees in the frame's set: lights, lists of clusters, volumes, and those of effects.
+    /// The number of storage buffers in the frame's set that every lighting stage sees: lights, lists of clusters, volumes, and the effects' buffers.
     pub(crate) fn frame_buffers(&self) -> u32 {
         u32::from(self.lights.any() && !self.lights.uniform)
             + 2 * u32::from(self.has_clusters())
@@ -96,8 +96,8 @@ impl FramePlan {
             + effects::frame_buffers(self)
     }
 
-    /// Leaves out lists of lights for surfaces that are lit as they are drawn, where a fragment shader could not name both them and its targets. Such surfaces
-    /// go over all lights then.
+    /// Leaves out the light lists of surfaces that are lit as they are drawn if a fragment shader cannot name both the lists and its targets. These
+    /// surfaces then loop over all lights.
     ///
     /// # Errors
     /// [`PlanError::FragmentResources`] where the light path itself needs more.
@@ -110,8 +110,8 @@ impl FramePlan {
         }
     }
 
-    /// Storage buffers and colour attachments that a fragment shader names which lights surfaces as it draws them; 0 where none does. Effects that are blended
-    /// are lit before they are drawn.
+    /// Storage buffers and colour attachments that a fragment shader names if it lights surfaces as it draws them; 0 without such a shader. Blended
+    /// effects do not count, as they are lit before they are drawn.
     fn lit_resources(&self) -> u32 {
         let blends = !self.transparent.is_empty();
         if !blends && !self.is_forward() && !self.relights() {
@@ -153,7 +153,7 @@ pub struct PlannedLights {
     pub one_directional: bool,
     /// Few enough for a uniform buffer.
     pub uniform: bool,
-    /// LIGHTING's loop over point and spot lights takes four at a time, whose places come from push constants.
+    /// LIGHTING's loop over point and spot lights takes four at a time, with indices from push constants.
     pub by_fours: bool,
 }
 
@@ -163,8 +163,8 @@ impl PlannedLights {
         self.directional || self.punctual
     }
 
-    /// With code for kinds that stay although no light is of them. All inputs are neutral: no light is counted, a range is infinite
-    /// and a cone a whole sphere.
+    /// Adds code for the kinds of light that are kept although no light needs them. All inputs are neutral: the light count is 0, ranges are infinite
+    /// and cones are whole spheres.
     fn kept(self, keep: Keep) -> Self {
         let punctual = keep.has(OptionalPart::PunctualLights);
         Self {
@@ -179,7 +179,7 @@ impl PlannedLights {
     }
 }
 
-/// Full-screen or cut to what a light reaches: each is a draw of its own.
+/// Returns true if each light is a separate draw, full-screen or cut to the light's reach.
 pub(super) fn adds_lights(path: LightPath, lights: &PlannedLights) -> bool {
     match path {
         LightPath::PerLight => lights.punctual,
@@ -188,7 +188,7 @@ pub(super) fn adds_lights(path: LightPath, lights: &PlannedLights) -> bool {
     }
 }
 
-/// Of the lights with these numbers, as far as the frame shows them.
+/// The kinds of the lights with these numbers, as far as the view shows them.
 fn planned_lights(scene: &Scene, settings: &Settings, shading: Shading, planned: &[usize]) -> PlannedLights {
     if shading == Shading::ShowGbuffer(View::Complexity) {
         // The view compares the values that LIGHTING would read, and ambient light has occlusion stored.

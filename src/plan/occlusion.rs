@@ -1,5 +1,5 @@
-//! Occlusion culling: the decision whether frames have it, and on which processor: the CPU (`src/visible/occlusion.rs`), or the device by OCCLUDERS,
-//! PYRAMID and CULL, where it is the one that culls.
+//! The decision on occlusion culling: whether frames have it, and on which processor. The CPU does it in `src/visible/occlusion.rs`; the device, if
+//! it culls, in OCCLUDERS, PYRAMID and CULL.
 
 use std::collections::BTreeSet;
 

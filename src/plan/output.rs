@@ -1,4 +1,4 @@
-//! The way from light to the picture: the format that light is added up in, where it is tone-mapped, and the output.
+//! The way from light to the picture: the format that light is summed in, the place of tone mapping, and the output.
 
 use ash::vk;
 
@@ -10,23 +10,23 @@ use crate::scene::{HdrFormat, OptionalPart, Output, Resolve, Settings, Tonemap};
 pub enum ToneMapping {
     /// Inside LIGHTING: no HDR target, no TONEMAP subpass.
     InLighting(Tonemap),
-    /// A subpass of its own, because something is blended before it.
+    /// A separate subpass, because something is blended before it.
     Subpass(Tonemap),
-    /// The same subpass without a curve: the output holds the light before the curve.
+    /// The TONEMAP subpass without a curve: the output holds the light before the curve.
     Kept,
-    /// On the CPU: the output holds exposed light, of which many frames make one picture.
+    /// On the CPU: the output holds exposed light, and many frames are averaged into one picture.
     AfterFrames(Tonemap),
-    /// Not at all: LIGHTING writes nits or exposed light into the output, or it holds a view.
+    /// No tone mapping: the output holds nits or exposed light from LIGHTING, or a view.
     Absent,
 }
 
 /// Tone-mapped pictures: 8 bits a channel, encoded by the hardware.
 pub const OUTPUT_SRGB: vk::Format = vk::Format::R8G8B8A8_SRGB;
-/// The same bytes, encoded by a compute shader: sRGB formats cannot be stored to.
+/// Tone-mapped pictures with the bytes of [`OUTPUT_SRGB`], encoded by a compute shader, as sRGB formats cannot be stored to.
 pub const OUTPUT_PLAIN: vk::Format = vk::Format::R8G8B8A8_UNORM;
 /// The formats of swapchains whose images the hardware encodes.
 const PRESENTED_SRGB: [vk::Format; 3] = [OUTPUT_SRGB, vk::Format::B8G8R8A8_SRGB, vk::Format::A8B8G8R8_SRGB_PACK32];
-/// Half floats hold what the eye can tell apart and blend everywhere.
+/// The default HDR format: half floats resolve visible differences and blend on all devices.
 pub const HDR: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
 
 /// The conversion of a picture's light to the values of images that no hardware encodes.
@@ -40,12 +40,12 @@ pub enum Transfer {
     Linear,
 }
 
-/// The output of ENCODE. Before that pass a picture is linear, with a white of 1.
+/// The output of ENCODE. Its input is linear, with a white of 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Encoding {
     /// The transfer function of stored values.
     pub transfer: Transfer,
-    /// The brightest that the display shows, in units of white: 1 where white is the brightest.
+    /// The brightest value of the display in units of white: 1 without headroom above white.
     pub headroom: f32,
 }
 
@@ -74,9 +74,9 @@ fn hdr_format(asked: HdrFormat, device: &Capabilities) -> Result<vk::Format, Pla
 }
 
 impl FramePlan {
-    /// The same frames as a window has them. The last pass draws straight into the images of a swapchain; the output of a compute pass, which may not
-    /// store to them, is copied there, and so is a picture that is to be enlarged. ENCODE draws into images that no hardware encodes, whatever the
-    /// last pass was.
+    /// Returns the plan of these frames in a window. The last pass draws straight into the images of a swapchain; pictures to be enlarged and the
+    /// output of a compute pass, which may not store to swapchain images, are copied there. ENCODE draws into images that no hardware encodes,
+    /// whatever the last pass was.
     pub fn presented_as(self, present_target: PresentTarget) -> Self {
         let presented = Some(present_target);
         match present_target {
@@ -90,7 +90,7 @@ impl FramePlan {
         }
     }
 
-    /// The same frames in the window of another plan, or without one as the other is.
+    /// Returns the plan of these frames with the other plan's window, if it has one.
     pub(super) fn presented_like(self, other: &Self) -> Self {
         match other.presented {
             Some(target) => self.presented_as(target),
@@ -98,8 +98,8 @@ impl FramePlan {
         }
     }
 
-    /// The same frames with the texels of their pictures as the target has them, so that they can be copied there whether the one or the other
-    /// is encoded by the hardware.
+    /// Returns the plan of these frames with pictures in the target's texel layout, so that they can be copied there whether the hardware encodes one
+    /// or the other.
     pub fn copied_to(self, present_target: PresentTarget) -> Self {
         let format = match present_target {
             PresentTarget::Straight(format) | PresentTarget::Enlarge(format) => format,
@@ -109,7 +109,7 @@ impl FramePlan {
         };
         let blue_first = [vk::Format::B8G8R8A8_SRGB, vk::Format::B8G8R8A8_UNORM].contains(&format);
         match self.is_tiled() {
-            // There is one order of channels that every device can store to.
+            // Every device can store to one order of channels only.
             true => Self { swaps_red_and_blue: blue_first, ..self },
             false if blue_first => Self { output: vk::Format::B8G8R8A8_SRGB, ..self },
             // A8B8G8R8 has the bytes of R8G8B8A8 on machines that store the low byte first.
@@ -124,12 +124,12 @@ impl FramePlan {
         new
     }
 
-    /// The same frames of another size in pixels. Their parts tell the bytes of the size before.
+    /// Returns the plan of these frames at another size in pixels. The listed parts keep the bytes of the previous size.
     pub fn of_size(self, size: [u32; 2]) -> Self {
         Self { size, ..self }
     }
 
-    /// The same frames of one pixel: objects of the picture's size can be made later.
+    /// Returns the plan of these frames at one pixel; objects of the picture's size can be created later.
     pub fn of_one_pixel(self) -> Self {
         self.of_size([1, 1])
     }
@@ -158,35 +158,35 @@ impl FramePlan {
         self.encoding.is_some() || PRESENTED_SRGB.contains(&self.output)
     }
 
-    /// The brightest of a tone-mapped picture: 1, or what a display can show beyond white.
+    /// The largest value of a tone-mapped picture: 1, or the display's headroom above white.
     pub fn headroom(&self) -> f32 {
         self.encoding.map_or(1.0, |encoding| encoding.headroom)
     }
 
-    /// Returns true if the same scene lies on the device in the same way for the other plan: its meshes and textures can stay.
+    /// Returns true if the scene's data on the device also serves the other plan, so that meshes and textures can stay.
     pub fn uploads_as(&self, other: &Self) -> bool {
         (&self.meshes, &self.textures, &self.uploads, self.places_of_samplers())
             == (&other.meshes, &other.textures, &other.uploads, other.places_of_samplers())
             && self.effects.upload_as(&other.effects)
             && self.layouts == other.layouts
-            // Shaders look up buffers and textures of one alone.
+            // Only plans with triangle codes look up buffers and textures in shaders.
             && self.triangles.is_some() == other.triangles.is_some()
     }
 
-    /// Returns true if frames of the other plan need nothing else than those of this one, but for the size of their attachments.
+    /// Returns true if the two plans differ in the size of their attachments only.
     pub fn differs_in_size_only(&self, other: &Self) -> bool {
         Self { size: other.size, reasons: other.reasons.clone(), ..self.clone() } == *other
     }
 }
 
-/// The properties that the way of the light depends on.
+/// The properties that the output chain depends on.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Blending {
-    /// The frame is lit, and no view.
+    /// The frame is lit, not a view of values.
     pub lit: bool,
     /// A compute pass writes the picture by itself.
     pub tiled: bool,
-    /// GEOMETRY writes what surfaces emit.
+    /// GEOMETRY writes emissive light.
     pub emissive: bool,
     /// Lights are added one by one.
     pub adds_lights: bool,
@@ -198,7 +198,7 @@ pub(super) struct Blending {
     pub filters: bool,
 }
 
-/// From light to the picture.
+/// The formats and the tone mapping between light and picture.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct OutputChain {
     pub hdr: Option<vk::Format>,
@@ -208,14 +208,14 @@ pub(super) struct OutputChain {
 
 impl OutputChain {
     pub(super) fn of(settings: &Settings, device: &Capabilities, what: Blending) -> Result<Self, PlanError> {
-        // Light that is averaged from frame to frame must not be cut off before.
+        // Light that is averaged over frames must not be clamped before.
         let linear =
             settings.output == Output::Nits || settings.samples > 1 || !what.lit && settings.output.is_linear();
         let (hdr, output) = match what.tiled {
             true => Self::tiled_formats(settings, device, what, linear)?,
             false => Self::formats(settings, device, what, linear)?,
         };
-        // Light to be measured comes the way of a tone-mapped frame, and then nothing more is done to it.
+        // Light to be measured takes the way of a tone-mapped frame, but without the curve.
         let measured = settings.output == Output::Exposed;
         let output = if measured && !linear { vk::Format::R32G32B32A32_SFLOAT } else { output };
         let tone_mapping = match (settings.output, hdr) {
@@ -235,16 +235,16 @@ impl OutputChain {
         linear: bool,
     ) -> Result<(Option<vk::Format>, vk::Format), PlanError> {
         let blends = what.emissive || what.adds_lights || what.transparent || what.by_effects;
-        // Samples are averaged before they are tone-mapped, and so kept until then.
+        // Samples that are averaged before tone mapping are kept until then.
         let averaged = what.lit && settings.msaa > 1 && settings.resolve == Resolve::Linear;
         let kept = what.lit && settings.keep.has(OptionalPart::HdrTarget);
         let single = vk::Format::R32G32B32A32_SFLOAT;
         Ok(match linear {
-            // It is kept as exact as the output will be.
+            // The HDR target is as precise as the output.
             true if what.filters => (Some(if blends && !device.float32_blends { HDR } else { single }), single),
             true if blends && !device.float32_blends => (None, HDR),
             true => (None, single),
-            // Adding to fewer bits truncates: a share of the light is lost with each light.
+            // Blending into fewer bits truncates: each light that is added would lose a share.
             false if what.adds_lights => (Some(single), OUTPUT_SRGB),
             false if blends || averaged || kept || what.filters => {
                 (Some(hdr_format(settings.hdr_format, device)?), OUTPUT_SRGB)
@@ -253,7 +253,7 @@ impl OutputChain {
         })
     }
 
-    /// Surfaces' own light comes to the compute pass in a target of its own.
+    /// The formats for a compute pass. It gets emissive light in a separate target.
     fn tiled_formats(
         settings: &Settings,
         device: &Capabilities,
@@ -309,7 +309,7 @@ mod tests {
                 assert_eq!((copied.presented, copied.encodes_output()), (None, plan.encodes_output()), "{name}");
                 let own = copied.swaps_red_and_blue || copied.output == vk::Format::B8G8R8A8_SRGB;
                 assert_eq!((own, copied.swaps_red_and_blue), (blue_first, blue_first && plan.is_tiled()), "{name}");
-                // A size that changes leaves that as it is.
+                // The size does not change this.
                 let larger = FramePlan { size: plan.size.map(|edge| 2 * edge), ..plan.clone() }
                     .copied_to(PresentTarget::Straight(format));
                 assert!(copied.differs_in_size_only(&larger) && copied.uploads_as(&plan), "{name}");

@@ -18,13 +18,13 @@ pub struct Part {
     pub name: String,
     /// The group that it belongs to.
     pub group: PartGroup,
-    /// Its word for `--plan`, where it can be kept without need.
+    /// The name for `--plan`, if the part can be kept without need.
     pub optional: Option<OptionalPart>,
     /// True if frames have it.
     pub included: bool,
     /// The reason why it is in or out.
     pub reason: String,
-    /// Device memory that it takes; none where it is out. [`FramePlan::cost_of`] computes the cost that it would have.
+    /// Bytes of device memory; 0 if the part is out. [`FramePlan::cost_of`] computes the cost of keeping it.
     pub bytes: u64,
 }
 
@@ -110,7 +110,7 @@ pub(super) fn list(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<
     parts
 }
 
-/// The same parts of a plan that has another output than when they were listed.
+/// Updates listed parts to a plan with another output.
 pub(super) fn with_output(mut parts: Vec<Part>, plan: &FramePlan) -> Vec<Part> {
     if let Some(own) = parts.iter_mut().find(|part| part.name.starts_with("output (")) {
         let Part { name, bytes, .. } = targets::output(plan);

@@ -21,17 +21,17 @@ pub fn views() -> impl Iterator<Item = View> {
     View::NAMES.iter().map(|&(_, view)| view).filter(|&view| view != View::Complexity && !shows_effect(view))
 }
 
-/// The default settings, but with a G-buffer for plain scenes as well, which `auto` would light as they are drawn.
+/// The default settings, but with a G-buffer even for plain scenes, which `auto` would light as they are drawn.
 pub fn deferred() -> Settings {
     Settings { light_path: LightPath::Loop, ..Settings::default() }
 }
 
-/// A device that can do everything, without memory of its own for tiles.
+/// A device that can do everything, but has no tile memory.
 pub fn device() -> Capabilities {
     Capabilities::ample()
 }
 
-/// The same, but a CPU.
+/// A CPU that can do everything.
 pub fn software() -> Capabilities {
     Capabilities { software: true, costs: CostModel::CPU, ..device() }
 }
@@ -43,7 +43,7 @@ pub fn vector(range: f64) -> impl proptest::strategy::Strategy<Value = DVec3> {
     [-range..range, -range..range, -range..range].prop_map(DVec3::from)
 }
 
-/// On [`device`].
+/// Plans a scene for [`device`].
 pub fn plan(scene: &Scene, settings: &Settings) -> FramePlan {
     FramePlan::of(scene, settings, &device()).expect("a plan")
 }
@@ -99,14 +99,14 @@ pub fn add_textures(scene: &mut Scene) {
         .collect();
 }
 
-/// With a texture in every slot. That of the specular one is for the Phong models.
+/// A material with a texture in every slot. The specular slot is for the Phong models.
 pub fn textured(brdf: Brdf) -> Material {
     let mut material = Material { brdf, specular: Vec3::splat(0.5), ..Material::default() };
     TextureSlot::ALL.into_iter().for_each(|slot| *material.texture_mut(slot) = Some(slot as usize));
     material
 }
 
-/// With holes that its texture cuts.
+/// A material whose texture cuts holes.
 pub fn masked() -> Material {
     Material { alpha_mode: AlphaMode::Mask { cutoff: 0.5 }, base_color_texture: Some(0), ..Material::default() }
 }
@@ -116,7 +116,7 @@ pub fn glass() -> Material {
     Material { alpha_mode: AlphaMode::Glass, alpha: 0.25, ..Material::default() }
 }
 
-/// Vertices with colours and second texture coordinates, by which textures lie that are not sampled alike, one of which cuts holes.
+/// A scene with vertex colours and second texture coordinates, whose textures have different samplers; one of them cuts holes.
 pub fn painted() -> Scene {
     let mut worn = textured(Brdf::CookTorrance);
     worn.uv_maps[TextureSlot::Normal as usize] = UvMap { set: 1, rotation: 0.5, ..UvMap::IDENTITY };
@@ -130,7 +130,7 @@ pub fn painted() -> Scene {
     scene
 }
 
-/// A dielectric with a reflectance of its own under a coat, and something unlit.
+/// A scene with a dielectric of unusual reflectance under a coat, and an unlit surface.
 pub fn lacquered() -> Scene {
     let dielectric = Material { reflectance: Vec3::splat(0.1), ..textured(Brdf::CookTorrance) };
     let coat = Material { alpha_mode: AlphaMode::Coat, roughness: 0.1, ..Material::default() };
@@ -167,7 +167,7 @@ pub fn point(falloff: Falloff) -> Light {
     light("lamp", LightKind::Point { position: DVec3::Z, range: Some(5.0), falloff }, false)
 }
 
-/// Of no limit but its range.
+/// A point light with inverse-square fall-off, limited only by its range.
 pub fn lamp(position: DVec3, range: Option<f64>) -> Light {
     let kind = LightKind::Point { position, range, falloff: Falloff::InverseSquare };
     Light { kind, ..point(Falloff::InverseSquare) }
@@ -227,7 +227,7 @@ pub fn deformed() -> Scene {
     scene
 }
 
-/// A scene with what a variation of an effect needs.
+/// Adds to a scene whatever a variation of an effect needs.
 pub fn with(name: &str, mut scene: Scene) -> Scene {
     let variation = variations().find(|variation| variation.name == name).expect("a variation of an effect");
     (variation.scene)(&mut scene);

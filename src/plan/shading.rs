@@ -8,14 +8,14 @@ use crate::scene::View;
 pub enum Shading {
     /// Lights every pixel.
     Light {
-        /// With albedo 1.
+        /// True if surfaces are lit with an albedo of 1.
         light_only: bool,
     },
     /// Shows a G-buffer value.
     ShowGbuffer(View),
     /// Shows as a heat map how many fragments were shaded for each pixel.
     ShowOverdraw,
-    /// Shows the nearest opaque triangle, in a colour of its own.
+    /// Shows the nearest opaque triangle, each in a different colour.
     ShowTriangle,
     /// Shows the maps of the shadow atlas; nothing else is drawn.
     ShowShadowMap,
@@ -43,7 +43,7 @@ impl Shading {
         matches!(self, Self::Light { .. } | Self::ShowGbuffer(_))
     }
 
-    /// Returns true if GEOMETRY looks at nothing of a surface but where it is.
+    /// Returns true if GEOMETRY uses only the positions of surfaces.
     pub fn only_covers(self) -> bool {
         matches!(self, Self::ShowOverdraw | Self::ShowTriangle)
     }

@@ -16,9 +16,9 @@ pub const MAX_SHADOW_VIEWS: usize = wgsl::SHADOW_VIEWS as usize;
 pub struct Tile {
     /// The layer of the atlas, from 0.
     pub layer: u32,
-    /// Of the left edge.
+    /// The left edge.
     pub x: u32,
-    /// Of the upper edge.
+    /// The upper edge.
     pub y: u32,
     /// A whole layer for a cascade, half of its width for other maps.
     pub edge: u32,
@@ -57,7 +57,7 @@ impl MapProjection {
 /// A light with maps.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ShadowLight {
-    /// The light's place among those of the plan.
+    /// The light's index among the plan's lights.
     pub light: usize,
     /// As [`Light::name`] has it.
     pub name: String,
@@ -85,20 +85,20 @@ pub struct ShadowPlan {
     pub layers: u32,
     /// The filter by which lookups compare texels; it decides how far biases reach.
     pub filter: ShadowFilter,
-    /// Casters before a map's near plane are pressed onto it: where the device can.
+    /// Casters in front of a map's near plane are clamped to it, if the device can.
     pub clamp: bool,
-    /// Each map has one of what transparent surfaces let through beside it.
+    /// Each map has a tint map, which stores the light that transparent surfaces let through.
     pub tinted: bool,
     /// The most important first.
     pub lights: Vec<ShadowLight>,
-    /// Of directions of the sky, where it lights with shadows.
+    /// The maps of sky directions, if the sky lights with shadows.
     pub sky: Option<SkyShadows>,
-    /// Of each map.
+    /// The tile of each map.
     pub tiles: Vec<Tile>,
 }
 
 impl ShadowPlan {
-    /// The maps that a frame reads, if it reads any, and the warnings about lights without.
+    /// The maps that a frame reads, if any, and warnings about lights without maps.
     pub(super) fn wanted(
         scene: &Scene,
         settings: &Settings,
@@ -130,8 +130,8 @@ impl ShadowPlan {
         Ok((plan, warnings))
     }
 
-    /// Gives maps to the lights that ask for one, the most important first, until the budget is spent. The second part names
-    /// those that go without, or with fewer cascades than they should have, and says why. Directions of the sky share what is left.
+    /// Gives maps to the lights that ask for one, the most important first, until the budget is spent. The warnings name lights without maps or with
+    /// fewer cascades than asked for, and the reason. Directions of the sky share the rest.
     fn of(
         scene: &Scene,
         settings: &Settings,
@@ -195,8 +195,8 @@ impl ShadowPlan {
         ((!is_empty).then_some(plan), warnings)
     }
 
-    /// Gives a map to as many directions of the sky as there is room for, a quarter of a layer each: one lies around the whole view, and its shadow is one
-    /// of many. Where those are fewer than asked for, returns their number and why.
+    /// Gives a map to as many sky directions as there is room for. A quarter of a layer each is enough: a map covers the whole view, and its shadow
+    /// is one of many. Returns the number and the reason if there is room for fewer maps than asked for.
     fn add_sky(&mut self, directions: u32, free: &mut Vec<Tile>, most: u32) -> Option<(u32, Short)> {
         let first_view = self.tiles.len();
         let mut why = None;
@@ -287,12 +287,12 @@ impl ShadowPlan {
         u64::from(self.layers) * u64::from(self.size) * u64::from(self.size)
     }
 
-    /// Returns the code of lookups for shaders: the filter, with a bit more where tints are read (`shaders/shared/shadows.wgsl`).
+    /// Returns the shaders' lookup code: the filter, and a bit for tints (`shaders/shared/shadows.wgsl`).
     pub(crate) fn filter_code(&self) -> u32 {
         self.code_of(self.filter)
     }
 
-    /// The same for maps of the sky's directions, whose filter is always 2x2.
+    /// Returns the lookup code of the sky's maps, whose filter is always 2x2.
     pub(crate) fn sky_filter_code(&self) -> u32 {
         self.code_of(ShadowFilter::Box2)
     }
@@ -381,14 +381,14 @@ const fn texel_bytes(tinted: bool) -> u64 {
 /// The reason why a light has no maps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Short {
-    /// No layer is left that the budget has room for, or the device.
+    /// No layer is left within the budget or the device's limit.
     Layers,
-    /// There are as many maps as there can be.
+    /// The maximum number of maps is reached.
     Views,
 }
 
 impl Short {
-    /// `most` layers are what the budget pays for, or fewer, where the device has no more.
+    /// Formats the reason. `most` is the number of layers within the budget, or the device's limit if that is lower.
     fn reason(self, shadows: &ShadowSettings, by_device: bool, most: u32) -> String {
         let (layers, ShadowSettings { budget, size, .. }) = (layers_text(most), shadows);
         match self {
@@ -407,11 +407,11 @@ fn layers_text(count: u32) -> String {
     }
 }
 
-/// The reach of the 3x3 filter, for which the biases are said.
+/// The reach of the 3x3 filter, to which the biases refer.
 const FULL_REACH: f64 = 1.5;
 
-/// Lights that ask for a shadow and can have one, with their place among those of the plan. Directional ones first, then by how much
-/// light they bring to where the scene's own camera stands: the order must not depend on where a camera is, or maps would come and go.
+/// Lights that ask for a shadow and can have one, with their indices among the plan's lights. Directional lights come first, then lights by their
+/// illuminance at the scene's own camera: if the order depended on a frame's camera, maps would come and go.
 fn by_importance<'a>(scene: &'a Scene, lights: &LightOrder) -> Vec<(usize, &'a Light)> {
     let radius = scene.bounds().radius();
     let importance = |light: &Light| {

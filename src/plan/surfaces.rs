@@ -31,7 +31,7 @@ use crate::shaders::shared::shading::MIXED_BRDF;
 /// The reflection models that LIGHTING evaluates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PlannedBrdf {
-    /// The same for all materials, so a constant.
+    /// One model for all materials, so a constant.
     One(Brdf),
     /// Stored for each pixel.
     PerPixel,
@@ -58,7 +58,7 @@ pub(super) struct SurfacePlan {
     pub metal: bool,
     /// Some metal is in the G-buffer.
     pub opaque_metal: bool,
-    /// Somewhere the normal of the surface is not that of its shading, or no shadow falls, which is stored in its place.
+    /// Some geometric normal differs from the shading normal, or some surface receives no shadows, which is stored in the same channels.
     pub two_normals: bool,
 }
 
@@ -129,12 +129,12 @@ impl FilteredTextures {
 }
 
 impl FramePlan {
-    /// Places that shaders filter a pixel of a texture from, at most.
+    /// Maximum anisotropy in shaders: texture samples per pixel; 1 if samplers filter.
     pub fn places_of_shaders(&self) -> u32 {
         if self.places_by_shaders { self.anisotropy } else { 1 }
     }
 
-    /// The same of samplers.
+    /// Maximum anisotropy of samplers; 1 if shaders filter.
     pub fn places_of_samplers(&self) -> u32 {
         if self.places_by_shaders { 1 } else { self.anisotropy }
     }
@@ -144,7 +144,7 @@ impl FramePlan {
         self.keys().any(|key| key.extras.looks)
     }
 
-    /// Returns true if the holes in shadows are those of cells.
+    /// Returns true if atlas cells cut the holes in shadows.
     pub fn has_caster_looks(&self) -> bool {
         self.textures.holes.values().any(|&image| self.textures.images[image].cells.is_some())
     }

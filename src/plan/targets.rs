@@ -16,16 +16,17 @@ pub(crate) const TRIANGLE: vk::Format = vk::Format::R32G32_UINT;
 /// Formats of the targets of weighted blending.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct OitTargets {
-    /// Colour of the layers, weighted and added up; alpha is the share of the picture that they leave.
+    /// Weighted sum of the layers' colours; alpha is the share of the picture that they leave.
     pub accumulation: vk::Format,
-    /// Their weights, added up.
+    /// Sum of the layers' weights.
     pub weights: vk::Format,
 }
 
 impl OitTargets {
-    /// For devices that blend 32-bit floats: 20 bytes a pixel.
+    /// Formats for devices that blend 32-bit floats: 20 bytes a pixel.
     pub const SINGLE: Self = Self { accumulation: vk::Format::R32G32B32A32_SFLOAT, weights: vk::Format::R32_SFLOAT };
-    /// Mandatory to blend. The share that is left is exact to 1/2048, which is 1% of what a pane of alpha 0.04 hides.
+    /// Formats that every device must blend. The remaining share of the picture is exact to 1/2048, which is 1% of the share that a pane of alpha
+    /// 0.04 hides.
     pub const HALF: Self = Self { accumulation: vk::Format::R16G16B16A16_SFLOAT, weights: vk::Format::R16_SFLOAT };
 
     pub(super) fn of(device: &Capabilities) -> Self {
@@ -33,24 +34,24 @@ impl OitTargets {
     }
 }
 
-/// Buffers of an effect, by the name that sentences have for their content.
+/// The buffers of an effect, by the noun that sentences use for their content.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct BufferName(pub &'static str);
 
-/// The name of an effect's target, and its number among those at the same place in framebuffers. Pictures that are drawn anew have the numbers of their passes in the
-/// order of a frame: an effect samples the one before its own ([`FramePlan::picture_before`]).
+/// The name of an effect's target, and its number among the targets at the same place in framebuffers. Redrawn pictures are numbered in the order of
+/// their passes in a frame: an effect samples the picture before its own ([`FramePlan::picture_before`]).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct TargetName(pub u8, pub &'static str);
 
 /// A target of an effect, as the effect's file declares it.
 pub struct OwnTarget {
-    /// Its place in framebuffers, and its name.
+    /// The place in framebuffers, and the name.
     pub target: Target,
-    /// The noun that sentences have for its content.
+    /// The noun that sentences use for its content.
     pub noun: &'static str,
     /// The name of its line in `inspect`, if it has one.
     pub line: Option<&'static str>,
-    /// `None` where the frames have no such target.
+    /// `None` if frames lack the target.
     pub format: fn(&FramePlan) -> Option<vk::Format>,
     /// Width and height in texels.
     pub extent: fn(&FramePlan) -> [u32; 2],
@@ -71,23 +72,24 @@ pub enum Target {
     Material,
     /// Specular colour of the Phong models; alpha is the index of the BRDF.
     Specular,
-    /// Relative to the camera, in metres.
+    /// Position relative to the camera, in metres.
     Position,
     /// Fragments for each pixel.
     Count,
-    /// Depth of the largest objects alone, to find out what they hide.
+    /// Depth of the largest objects alone, for occlusion culling.
     Occluders,
-    /// The findings of an effect that reads depth and normals.
+    /// The result of an effect that reads depth and normals.
     FromDepth(TargetName),
-    /// The number of the object that is seen, from 1, and of the triangle in its mesh, from 0; or in 32 bits the place of its instance and the triangle ([`super::TriangleCode`]).
+    /// The number of the visible object, from 1, and of the triangle in its mesh, from 0; or the instance's place and the triangle in 32 bits
+    /// ([`super::TriangleCode`]).
     Triangle,
-    /// Transparent surfaces, weighted and summed up; alpha is the share of the picture that they leave.
+    /// Weighted sum of transparent surfaces; alpha is the share of the picture that they leave.
     Accumulation,
-    /// The sum of their weights.
+    /// Sum of the weights of transparent surfaces.
     Weights,
     /// Light before it is tone-mapped.
     Hdr,
-    /// Values that an effect draws of surfaces that are seen.
+    /// Values of visible surfaces that an effect draws.
     OfSurfaces(TargetName),
     /// The output's light before it is resolved, several samples a pixel.
     Samples,
@@ -124,17 +126,17 @@ impl Target {
     }
 
     /// The declaration of an effect's target.
-    pub(crate) fn own(self) -> Option<&'static OwnTarget> {
+    pub fn own(self) -> Option<&'static OwnTarget> {
         effects::targets().find(|own| own.target == self)
     }
 
-    /// Returns true if it holds the picture: the output, or what an effect makes of it.
-    pub(crate) fn is_picture(self) -> bool {
+    /// Returns true for the output and for pictures that effects make from it.
+    pub fn is_picture(self) -> bool {
         self >= Self::Output
     }
 }
 
-/// As names of objects have it.
+/// The name within Vulkan object names.
 impl fmt::Display for Target {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -145,7 +147,7 @@ impl fmt::Display for Target {
 }
 
 impl FramePlan {
-    /// The format of a target; `None` where the frames have no such target.
+    /// The format of a target; `None` if frames lack the target.
     pub fn format_of(&self, target: Target) -> Option<vk::Format> {
         let gbuffer = self.gbuffer.as_ref();
         let shown = |shading, format| (self.shading == shading).then_some(format);
@@ -184,7 +186,7 @@ impl FramePlan {
         target.own().map_or(self.size, |own| (own.extent)(self))
     }
 
-    /// Bytes of a pixel of a target with all its samples; 0 where there is none.
+    /// Bytes of a pixel of a target with all its samples; 0 if the plan lacks the target.
     pub fn bytes_of(&self, target: Target) -> u32 {
         match (self.format_of(target), target.own()) {
             (None, _) => 0,

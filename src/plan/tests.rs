@@ -28,7 +28,7 @@ fn shadows(enabled: bool, size: u32) -> Settings {
     Settings { shadows: ShadowSettings { enabled, size, ..ShadowSettings::default() }, ..samples::deferred() }
 }
 
-/// With every channel of the material target.
+/// A G-buffer of a preset, with the default formats.
 fn preset(preset: GbufferPreset) -> GbufferChoice {
     GbufferChoice { preset, ..GbufferChoice::default() }
 }
@@ -252,7 +252,7 @@ fn textures_are_filtered_as_far_as_the_device_goes_and_what_it_lacks_is_told() {
     assert_eq!((averaged(&textured, 1, 8), averaged(&textured, 4, 1)), ((8, 1.0, 0), (1, 0.5, 0)));
     assert_eq!((averaged(&textured, 2, 8), averaged(&textured, 32, 8)), ((1, 0.5, 0), (1, 0.0625, 0)));
     assert_eq!(averaged(&scene(vec![material(CT)], vec![sun()]), 32, 8), (1, 1.0, 0));
-    // Without textures nobody misses it.
+    // A scene without textures needs no warning.
     assert_eq!(of(&scene(vec![material(CT)], vec![sun()]), 8, 4), (1, 0));
 }
 
@@ -391,7 +391,7 @@ fn a_geometry_pipeline_samples_what_its_brdf_and_view_look_at() {
     let slots = |scene: &Scene, seen| {
         let plan = view(scene, seen);
         assert_eq!(plan.geometry.len(), 1);
-        // Without a lobe none of a lobe's.
+        // Materials without lobes sample no textures of lobes.
         assert!(!S::ALL.into_iter().any(|s| s.is_of_lobe() && sampled(&plan, s)));
         std::array::from_fn::<_, { S::STORED }, _>(|index| sampled(&plan, S::ALL[index]))
     };
@@ -433,7 +433,7 @@ fn keys_tell_masks_sides_mirrors_and_phong_apart() {
     );
     let holes = only(&scene(vec![masked()], vec![sky()]));
     assert!(holes.masked && holes.textures.contains(TextureSlot::BaseColor));
-    // Without a texture alpha is the same all over.
+    // Alpha is constant without a texture.
     let even = Material { alpha_mode: AlphaMode::Mask { cutoff: 0.5 }, ..material(CT) };
     assert!(!only(&scene(vec![even], vec![sky()])).masked);
     assert!(only(&scene(vec![Material { two_sided: true, ..material(CT) }], vec![])).two_sided);
@@ -527,7 +527,7 @@ fn a_plan_is_pure_and_knows_no_camera() {
 fn spread_light_is_planned_where_it_is_asked_for_and_there_is_light() {
     let lit = scene(vec![material(CT)], vec![sky(), point(Falloff::Quadratic)]);
     let off = plan_with(&lit, &samples::deferred());
-    // Nothing is left of it where it is off, whatever else is said of it.
+    // The other settings of an effect that is off change nothing.
     assert_eq!(plan_with(&lit, &Settings { bloom_radius: 0.3, bloom_taps: 2, ..samples::deferred() }), off);
     assert!(off.effects.bloom.is_none() && off.hdr.is_none() && !off.has_tonemap_subpass());
     let with = Settings { bloom: 0.1, ..samples::deferred() };
@@ -553,7 +553,7 @@ fn spread_light_is_planned_where_it_is_asked_for_and_there_is_light() {
 fn fog_is_planned_where_it_is_asked_for_and_there_is_light() {
     let lit = scene(vec![material(CT)], vec![sky(), point(Falloff::Quadratic)]);
     let off = plan_with(&lit, &samples::deferred());
-    // Nothing is left of it where it is off, whatever else is said of it.
+    // The other settings of an effect that is off change nothing.
     assert_eq!(plan_with(&lit, &Settings { fog_density: 0.3, fog_base: -2.0, ..samples::deferred() }), off);
     assert!(off.effects.fog.is_none() && off.hdr.is_none() && off.lights.uniform);
     let with = Settings { fog: Fog::Height, ..samples::deferred() };
@@ -566,7 +566,7 @@ fn fog_is_planned_where_it_is_asked_for_and_there_is_light() {
     assert!(plan_with(&lit, &Settings { view: View::Fog, ..with.clone() }).effects.fog.is_some_and(|fog| fog.alone));
     assert_eq!(plan_with(&lit, &Settings { view: View::Fog, bloom: 0.5, ..with.clone() }).effects.bloom, None);
     let refused = |settings: Settings| FramePlan::of(&lit, &settings, &device()).expect_err("refused").to_string();
-    // The view shows some where none is asked for, too.
+    // The view shows fog even if no fog is asked for.
     assert_eq!(
         plan_with(&lit, &Settings { view: View::Fog, ..samples::deferred() }).effects.fog,
         plan_with(&lit, &Settings { view: View::Fog, ..with.clone() }).effects.fog

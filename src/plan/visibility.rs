@@ -13,7 +13,7 @@ pub struct TriangleCode {
     pub bits: u32,
 }
 
-/// Buffers that TILED names: the lights, their spheres, and those of `shaders/shared/seen.wgsl`.
+/// Buffers that TILED names: the lights, their spheres, and the buffers of `shaders/shared/seen.wgsl`.
 const BUFFERS: u32 = 15;
 /// Images beside the textures: depth, the triangles, and the shadow maps.
 const IMAGES: u32 = 3;
@@ -22,7 +22,7 @@ const SAMPLERS: usize = 16;
 /// Bytes of a vertex in the widest stream.
 const WIDEST: u64 = 16;
 
-/// Why `auto` does not choose the path where it would choose `compute`. It never passes what [`choose`] refuses.
+/// The reason why `auto` does not choose the path where it would choose `compute`. Everything that [`choose`] refuses has a reason here.
 pub(super) fn is_out(scene: &Scene, settings: &Settings, device: &Capabilities) -> Option<&'static str> {
     let atlases = scene.materials.iter().map(|material| material.atlas);
     let atlases: BTreeSet<[u32; 2]> = atlases.chain([[1, 1]]).collect();
@@ -47,7 +47,7 @@ pub(super) fn is_out(scene: &Scene, settings: &Settings, device: &Capabilities) 
             !scene.textures.is_empty() && images + u64::from(IMAGES) > u64::from(device.non_uniform_textures),
             "the device's shaders cannot index so many textures (non-uniform indexing)",
         ),
-        // The default, of neutral textures, beside those.
+        // Neutral textures add the default sampler, hence `>=`.
         (samplers.len() >= SAMPLERS, "textures are sampled in too many ways"),
         (BUFFERS > device.storage_buffers, "the device's shaders can name too few buffers"),
         (
@@ -77,8 +77,10 @@ fn bits_of(largest: u64) -> u32 {
     u64::BITS - largest.leading_zeros()
 }
 
+/// Returns the layout of triangle codes.
+///
 /// # Errors
-/// When the device cannot look up what it must, or the scene has too much of something.
+/// When the device's shaders cannot look up surfaces, or the scene exceeds a limit.
 pub(super) fn choose(
     scene: &Scene,
     rules: &SurfaceRules,

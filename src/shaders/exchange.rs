@@ -1,8 +1,8 @@
-//! Shaders that are compiled while the program runs, in the place of those that it was built with.
+//! Shaders that are compiled while the program runs, and replace the built-in ones.
 //!
-//! A pass asks for a variant when its pipelines are made, and gets the newest one. The interface that Rust was compiled against must be as it was:
-//! flags, constants and layouts of structs, and of each variant its entry points with their inputs and outputs. A new variant may take less. Compiled
-//! variants are kept until the program ends, as pipelines that are being made may hold them.
+//! A pass asks for a variant when its pipelines are made, and gets the newest one. The interface that Rust was compiled against must not change:
+//! flags, constants and layouts of structs, and each variant's entry points with their inputs and outputs. A new variant may take fewer inputs.
+//! Compiled variants are kept until the program ends, because pipelines in creation may hold them.
 
 use std::collections::{HashMap, HashSet};
 use std::ffi::CString;
@@ -19,11 +19,11 @@ use super::{
 /// The key of a variant: its shader, and its flags as bits.
 type VariantKey = (&'static str, u32);
 
-/// Variants that were compiled, in the places of those that the program was built with.
+/// Compiled variants that replace built-in ones.
 #[derive(Clone, Default)]
 pub struct Replacements(HashMap<VariantKey, &'static Variant>);
 
-/// The variants in use, and those that passes have asked for.
+/// The variants in use, and the variants that passes have asked for.
 #[derive(Default)]
 struct ExchangeState {
     asked: HashSet<VariantKey>,
@@ -47,7 +47,7 @@ fn replaced(key: VariantKey) -> Option<&'static Variant> {
     state().as_ref()?.replacements.0.get(&key).copied()
 }
 
-/// Puts variants in their places from the next pipeline on, and returns those that were there.
+/// Installs variants for all pipelines that are made from now on, and returns the previous replacements.
 pub fn exchange(replacements: Replacements) -> Replacements {
     std::mem::replace(&mut state().get_or_insert_default().replacements, replacements)
 }

@@ -1,4 +1,4 @@
-//! A frame's lights: those of the plan's that can reach something visible.
+//! A frame's lights: the plan's lights that can reach something visible.
 
 use ash::vk;
 
@@ -8,11 +8,12 @@ use crate::plan::effect::LitAir;
 use crate::plan::{FramePlan, Reach, Shading, effects, range_of, shows_all, sphere_of};
 use crate::scene::{Camera, LightPath, OptionalPart};
 
-/// Share of its distance from the camera by which a surface is lit beside where it is: f32, and depth that is interpolated over large triangles.
+/// The largest offset at which a surface is lit, as a share of its distance from the camera: f32 and the interpolation of depth over large triangles
+/// round.
 const ROUNDING: f64 = 1e-4;
-/// The same of a linear depth, as a share of the distance at which it ends.
+/// The largest offset with linear depth, as a share of the distance at which the depth range ends.
 const LINEAR_ROUNDING: f64 = 1e-5;
-/// The same where positions are stored in half floats, of 11 bits.
+/// The largest offset with positions in half floats, which have 11 bits, as a share of the distance.
 const HALF_ROUNDING: f64 = 2e-3;
 
 /// The greatest distance between a surface and the place at which it is lit.
@@ -36,7 +37,7 @@ impl Misplacement {
         }
     }
 
-    /// At a distance from the camera, in metres.
+    /// The offset in metres at a distance from the camera.
     pub(super) fn at(&self, distance: f64) -> f64 {
         self.share * distance + self.metres
     }
@@ -51,12 +52,12 @@ pub struct ActiveLights {
     pub directional: usize,
     /// Lights that reach everywhere, at the start of the list; the directional ones are among them.
     pub global: usize,
-    /// Lights at the start of the list that every pixel meets in one loop; the light path has lists or draws of its own for the others.
+    /// Lights at the start of the list that every pixel loops over; the light path has lists or separate draws for the others.
     pub looped: usize,
 }
 
 impl ActiveLights {
-    /// The lights that reach the box of any of the instances that are `seen`, within what the camera sees, as far as they are sought.
+    /// The lights that reach the box of an instance that is `seen`, within the frustum; all lights if the plan does not search for idle ones.
     pub(super) fn of(
         world: &World,
         plan: &FramePlan,
@@ -100,7 +101,7 @@ impl ActiveLights {
         Self { lights, directional, global, looped }
     }
 
-    /// Spheres around the reach of those lights that the loop does not take, with the path's own limit.
+    /// Spheres around the reach of the lights from place `first` on, with the light path's own limit.
     pub(super) fn spheres(&self, world: &World, first: usize) -> Vec<Reach> {
         self.lights[first..].iter().map(|&light| sphere_of(&world.lights[light], world.reaches[light])).collect()
     }

@@ -1,8 +1,8 @@
 //! Froxels: the view cut into tiles of pixels and slices of depth, with the list of lights that reach into each.
 //!
 //! (Olsson, Billeter, Assarsson 2012, "Clustered Deferred and Forward Shading".) A slice comes from the bits of the reversed depth, half an octave
-//! each, so that the CPU and every shader agree on it exactly; where depth is linear, slices are equally thick. Lists are in the order of the
-//! lights, so that their sum has the same rounding as that of a loop over all of them.
+//! each, so that the CPU and every shader agree on it exactly; where depth is linear, slices are equally thick. Lists are in the order of the lights,
+//! so that sums round like a loop over all lights.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -14,17 +14,17 @@ use crate::plan::{Grid, Reach, SLICES, TILE};
 use crate::scene::Camera;
 use crate::shaders::shared::clusters::SLICE_SHIFT;
 
-/// Pixels and shares of a distance by which a light is taken to reach further, for the rounding of f32 and the jitter of a sample.
+/// Pixels, and a share of the distance, that are added to a light's reach for the rounding of f32 and the jitter of samples.
 const SLACK_PIXELS: f64 = 1.0;
 const SLACK: f64 = 1e-5;
 
-/// Entries of all lists together: 64 MiB, half of what a storage buffer may have on every device.
+/// Maximum entries of all lists together: 64 MiB, half the size that every device allows a storage buffer.
 const MOST_ENTRIES: usize = 16 << 20;
 
 /// The lists of one frame.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Clusters {
-    /// For each cluster its first entry in `lights` and how many: columns first, then rows, then slices.
+    /// The first entry in `lights` and the number of entries of each cluster: columns first, then rows, then slices.
     pub heads: Vec<[u32; 2]>,
     /// Indices of lights, ascending within a cluster.
     pub lights: Vec<u32>,
@@ -61,8 +61,7 @@ impl DepthMapping {
 
 /// Finds the lights that reach each cluster. `reaches` are spheres in the world; the result has the indices from `first` on.
 ///
-/// So many lights that reach so much that their lists exceed `MOST_ENTRIES` gain nothing from lists: then one list, of all, is
-/// every cluster's.
+/// If the lists would exceed `MOST_ENTRIES`, lists gain nothing, and all clusters share one list of all lights.
 pub fn bin(reaches: &[Reach], first: u32, (camera, depth): (&Camera, &DepthMapping), size: [u32; 2]) -> Clusters {
     bin_within(reaches, first, (camera, depth), size, MOST_ENTRIES)
 }

@@ -4,17 +4,17 @@ use super::World;
 use crate::plan::FramePlan;
 use crate::scene::{Aabb, Camera, LightPath};
 
-/// The camera of a frame, and how far it stands before the one that was asked for.
+/// The camera of a frame, and its distance in front of the camera that was asked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Eye {
     pub camera: Camera,
-    /// In metres, along the view.
+    /// Metres along the view.
     pub ahead: f64,
 }
 
 impl Eye {
-    /// Places are relative to the eye, in f32: the farther away, the coarser. Parallel rays show the same from anywhere along them, so that an
-    /// orthographic camera is moved up to what there is, as far as nothing lies between. A perspective one stays.
+    /// Places are relative to the eye, in f32: the farther away, the coarser. Parallel rays show the same from anywhere along them, so an
+    /// orthographic camera is moved towards the scene as far as nothing lies between. A perspective camera stays.
     pub fn of(camera: &Camera, bounds: &Aabb) -> Self {
         let mut eye = Self { camera: *camera, ahead: 0.0 };
         if !camera.is_orthographic() || bounds.is_empty() {
@@ -46,14 +46,14 @@ const VOLUME: f64 = 2.0;
 /// Two ways from distances to depths.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum DepthMapping {
-    /// Of a perspective camera: near / distance, without a far plane.
+    /// A perspective camera's mapping: near / distance, without a far plane.
     Reciprocal { near: f64 },
-    /// Of an orthographic camera, whose clip space has no division: (end - distance) / (end - begin).
+    /// An orthographic camera's mapping, as its clip space has no division: (end - distance) / (end - begin).
     Linear { begin: f64, end: f64 },
 }
 
 impl DepthMapping {
-    /// A linear one goes from the first to the last thing that there is before the camera.
+    /// A linear mapping spans the nearest to the farthest object in front of the camera.
     pub(super) fn of(world: &World, plan: &FramePlan, camera: &Camera) -> Self {
         if !camera.is_orthographic() {
             return Self::Reciprocal { near: camera.near };
@@ -70,12 +70,12 @@ impl DepthMapping {
             last = backs.fold(last, f64::max);
         }
         let begin = camera.near.max(first);
-        // Never nothing, so that a depth can be told from it.
+        // The range is never empty, so that depths can be computed from it.
         let range = (last - begin).max(1e-3 * begin);
         Self::Linear { begin: camera.near.max(begin - ROOM * range), end: begin + range * (1.0 + ROOM) }
     }
 
-    /// Of a distance along the view, in metres.
+    /// The depth of a distance along the view, in metres.
     pub fn of_distance(&self, distance: f64) -> f64 {
         match *self {
             Self::Reciprocal { near } => near / distance,
@@ -83,7 +83,7 @@ impl DepthMapping {
         }
     }
 
-    /// Along the view, in metres.
+    /// The distance along the view of a depth, in metres.
     pub fn distance(&self, depth: f64) -> f64 {
         match *self {
             Self::Reciprocal { near } => near / depth,
@@ -116,12 +116,12 @@ mod tests {
             let camera = flat(bounds.center() - toward.normalize() * distance, bounds.center());
             let eye = Eye::of(&camera, &bounds);
             prop_assert!(eye.ahead >= 0.0);
-            // Of two places that are so far from the origin, and of the way between them.
+            // The rounding of two positions that far from the origin, and of the vector between them.
             let rounding = 4e-15 * (distance + 10.0);
             let moved = eye.camera.position - camera.position;
             prop_assert!((moved.dot(camera.forward()) - eye.ahead).abs() <= rounding && moved.cross(camera.forward()).length() <= rounding);
             let (first, last) = along(&bounds, &eye.camera);
-            // The near plane cuts nothing off that it showed before, and a scene that was far away is near.
+            // The near plane clips nothing that it did not clip before, and a scene that was far away is near.
             prop_assert!(eye.ahead == 0.0 || first > camera.near);
             prop_assert!(first <= camera.near + (last - first) + 2e-6 * distance, "{first} {last}");
             let perspective = Camera { projection: Projection::perspective(40.0), ..camera };

@@ -22,13 +22,13 @@ pub struct EmitterRecord {
     /// Seconds from one birth to the next.
     pub step: f32,
     pub extent: Vec3,
-    /// Of the oldest, in seconds.
+    /// Age of the oldest particle, in seconds.
     pub age: f32,
     pub gravity: Vec3,
     pub softness: f32,
-    /// Radiance from everywhere that it scatters, in nits.
+    /// Ambient radiance that it scatters, in nits.
     pub ambient: Vec3,
-    /// 1 where it scatters light, else 0.
+    /// 1 if it scatters light, else 0.
     pub lit: f32,
     pub sizes: Vec4,
     pub colors: [Vec4; MOST_KEYS],
@@ -95,14 +95,14 @@ fn record(
         colors: fill(own.color.iter().map(|&color| color.into()).collect()),
         emissions: fill(own.emission.iter().map(|color| color.extend(0.0)).collect()),
         keys: UVec4::new(own.size.len() as u32, own.color.len() as u32, own.emission.len() as u32, own.seed),
-        // Its lower 32 bits seed the random values of a particle.
+        // The lower 32 bits of a particle's number seed its random values.
         place: UVec4::new(first, alive.count.min(capacity - first), alive.first as u32, own.frames[0] * own.frames[1]),
         turns: Vec4::new(angles[0], angles[1], picks, texture.map_or(0.0, |place| place as f32 + 1.0)),
     }
 }
 
 impl Visible {
-    /// The state of what changes by itself from moment to moment, to be compared with another frame's.
+    /// The state of everything that changes by itself over time, to be compared with another frame's.
     pub fn changing(&self) -> Vec<u8> {
         bytemuck::cast_slice(&self.emitters.records).to_vec()
     }

@@ -35,12 +35,12 @@ impl Frustum {
         }
     }
 
-    /// Of planes around a place, in f32.
+    /// The planes relative to a place, in f32.
     pub fn planes_around(&self, place: DVec3) -> [Vec4; 5] {
         self.planes.map(|(normal, distance)| normal.extend(distance + normal.dot(place)).as_vec4())
     }
 
-    /// Outside only if the box is wholly behind one plane. The slack keeps rounding from cutting boxes that touch a plane.
+    /// Returns `Outside` only if the box is wholly behind one plane. The slack keeps rounding from culling boxes that touch a plane.
     pub fn side(&self, bounds: &Aabb) -> Containment {
         let (center, half) = (bounds.center(), bounds.size() * 0.5);
         let slack = 1e-9 * (center.length() + half.length());
@@ -113,7 +113,7 @@ mod tests {
             center in vector(60.0), half in [0.0..40.0, 0.0..40.0, 0.0..40.0f64], far in 0..4i32,
             inside in proptest::collection::vec([0.0..1.0, 0.0..1.0, 0.0..1.0f64], 16),
         ) {
-            // The same at a distance from the origin where f64 rounds.
+            // The test is repeated far from the origin, where f64 rounds.
             let shift = DVec3::splat(if far == 0 { 0.0 } else { 10f64.powi(far * 3) });
             let camera = Camera {
                 projection: Projection::perspective(fov),

@@ -1,6 +1,6 @@
-//! Objects of one mesh and material are drawn by one command. All objects lie in a list in which those that one command draws follow each other.
-//! Each frame takes the visible objects from it, near ones first, and each command draws a part of them. A frame does not touch objects that have
-//! not moved: the list keeps their places, and a tree of boxes finds those in view.
+//! The instanced drawing of objects that share a mesh and a material by one command. All objects are in a list in which the objects of one command
+//! are contiguous. Each frame takes the visible objects from it, near ones first, and each command draws a part of them. A frame does not touch
+//! objects that have not moved: the list keeps their places, and a tree of boxes finds the objects in view.
 
 use std::ops::Range;
 
@@ -15,18 +15,18 @@ use crate::plan::{GeometryKey, Reach};
 use crate::scene::{Aabb, Camera};
 use crate::shaders::shared::culling;
 
-/// Steps of depth by which visible objects are sorted, by the far ends of their boxes: near ones first, so that early depth tests save the most, and yet in few
-/// commands.
+/// Depth steps by which visible objects are sorted, by the far ends of their boxes. Near objects come first, so that early depth tests save the most;
+/// few steps keep the number of commands low.
 pub const STEPS: usize = culling::STEPS as usize;
 
 /// A command: instances of one level of a mesh with one material.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Draw {
-    /// Index into [`World::objects`] of the first of them, and of any as far as the mesh and the material go.
+    /// Index into [`World::objects`] of the first instance; all instances share its mesh and material.
     pub object: usize,
     /// The level of detail of the mesh; 0 is the mesh itself.
     pub level: u8,
-    /// The place of the first one in [`Visible::instances`].
+    /// The place of the first instance in [`Visible::instances`].
     pub first: u32,
     pub count: u32,
 }
@@ -38,7 +38,7 @@ impl Draw {
     }
 }
 
-/// The place of an instance, in f32 and yet exact anywhere in the world: relative to an anchor, with the offset in two parts.
+/// The transform of an instance, in f32 but exact anywhere in the world: relative to an anchor, with the offset in two parts.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct InstanceTransform {
@@ -50,7 +50,7 @@ pub struct InstanceTransform {
     scale: f32,
 }
 
-/// A place relative to that of the world, in two parts.
+/// A position relative to the world's anchor, in two parts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SplitPosition {
     pub large: Vec3,
@@ -89,23 +89,23 @@ impl InstanceTransform {
 /// The objects of a world as instances.
 #[derive(Debug, Clone, Default)]
 pub struct InstanceList {
-    /// By place: index into [`World::objects`]. Opaque objects come first.
+    /// Indices into [`World::objects`], by place. Opaque objects come first.
     objects: Vec<u32>,
-    /// By object: its place.
+    /// The place of each object.
     places: Vec<u32>,
-    /// By place.
+    /// The transforms of the objects, by place.
     transforms: Vec<InstanceTransform>,
-    /// By place: the number of the command that can draw it.
+    /// The number of the command that can draw an object, by place.
     batches: Vec<u32>,
-    /// The places of each command's objects, of the commands that draw opaque ones.
+    /// The places of each opaque command's objects.
     opaque_batches: Vec<Range<usize>>,
     /// The number of opaque objects.
     opaque: usize,
-    /// Of the objects' boxes, by place.
+    /// The tree of the objects' boxes, by place.
     tree: BoxTree,
     /// The origin of [`InstanceTransform`]s.
     anchor: DVec3,
-    /// Counts how often objects have come to other places of the list.
+    /// Counts the changes of objects' places in the list.
     arranged: u64,
     /// The places of objects that have moved since `arranged` last changed, in the order of moves.
     moves: Vec<u32>,
@@ -117,7 +117,7 @@ fn batch(object: &WorldObject) -> (bool, GeometryKey, (usize, u32), usize, Optio
 }
 
 impl InstanceList {
-    /// `arranged` is another number than that of the list before.
+    /// `arranged` must differ from the previous list's number.
     pub(super) fn of(objects: &[WorldObject], arranged: u64) -> Self {
         let mut order: Vec<u32> = (0..objects.len() as u32).collect();
         let object_at = |index: u32| &objects[index as usize];
@@ -150,14 +150,14 @@ impl InstanceList {
         }
     }
 
-    /// Takes over where objects stand that have moved, by their indices.
+    /// Updates the transforms of moved objects, by their indices.
     pub(super) fn refresh(&mut self, objects: &[WorldObject], moved: &[u32]) {
         for &index in moved {
             let place = self.places[index as usize];
             self.transforms[place as usize] = InstanceTransform::of(&objects[index as usize], self.anchor);
             self.moves.push(place);
         }
-        // A reader that has not kept up copies the whole list: the new number tells it, and the moves need not be kept.
+        // The new number makes a reader that has not kept up copy the whole list, so the moves need not be kept.
         if self.moves.len() > 4 * self.objects.len() {
             (self.arranged, self.moves) = (self.arranged + 1, Vec::new());
         }
@@ -165,7 +165,7 @@ impl InstanceList {
         self.tree.refit(moved.iter().map(|&index| self.places[index as usize] as usize), bounds);
     }
 
-    /// Of all objects.
+    /// The box around all objects.
     pub(super) fn bounds(&self) -> Aabb {
         self.tree.bounds()
     }
@@ -177,7 +177,7 @@ impl InstanceList {
         seen
     }
 
-    /// Returns true if any of the `seen` comes into a sphere.
+    /// Returns true if the box of any `seen` instance meets a sphere.
     pub(super) fn touches(&self, seen: impl Fn(usize) -> bool, sphere: &Reach) -> bool {
         self.tree.each(|bounds| sphere.touches(bounds)).any(seen)
     }
@@ -197,7 +197,7 @@ impl InstanceList {
         &self.moves
     }
 
-    /// By place.
+    /// The transforms of the objects, by place.
     pub fn transforms(&self) -> &[InstanceTransform] {
         &self.transforms
     }
@@ -207,7 +207,7 @@ impl InstanceList {
         self.opaque
     }
 
-    /// The places of each command's objects, of the commands that draw opaque ones.
+    /// The places of each opaque command's objects.
     pub fn opaque_batches(&self) -> &[Range<usize>] {
         &self.opaque_batches
     }
@@ -233,13 +233,13 @@ impl InstanceList {
         }
     }
 
-    /// A camera's place, relative to that of [`InstanceTransform`]s, and metres by which a box may lie beside where f32 has it.
+    /// A camera's position relative to the origin of [`InstanceTransform`]s, and the metres by which f32 may misplace a box.
     pub(super) fn place_of(&self, camera: &Camera, world: &World) -> (SplitPosition, f32) {
         let offset = camera.position - self.anchor;
         (SplitPosition::of(offset), (4.0 * F32_SLACK * (offset.length() + world.bounds.radius())) as f32)
     }
 
-    /// The index into [`World::objects`] of the one at a place.
+    /// The index into [`World::objects`] of the object at a place.
     pub fn object(&self, place: usize) -> usize {
         self.objects[place] as usize
     }
@@ -315,18 +315,18 @@ const F32_SLACK: f64 = 1e-6;
 /// A camera's view in CULL's form; its place is relative to the origin of [`InstanceTransform`]s.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CullView {
-    /// Of the view, around the camera; normals point inside.
+    /// View planes relative to the camera; normals point inside.
     pub planes: [Vec4; 5],
     pub camera: SplitPosition,
-    /// Metres by which a box may lie beside where f32 has it.
+    /// Metres by which f32 may misplace a box.
     pub slack: f32,
     pub forward: Vec3,
-    /// The begin of the first step of depth, and steps a metre.
+    /// The begin of the first depth step, and steps a metre.
     pub begin: f32,
     pub scale: f32,
 }
 
-/// Equal parts of the world's depth before the camera.
+/// Equal parts of the world's depth in front of the camera.
 struct DepthSteps {
     camera: Vec3,
     forward: Vec3,
@@ -349,7 +349,8 @@ impl DepthSteps {
         }
     }
 
-    /// Returns the step of a box's far end. The walls of a hall reach farther than what stands in it, and mostly are behind it, though their middle is nearer.
+    /// Returns the step of a box's far end. The walls of a hall are mostly behind the objects in it: their far ends are farther, though their middles
+    /// are nearer.
     fn of_box(&self, (center, half): (Vec3, Vec3)) -> usize {
         let (offset, along) = (center - self.camera, self.forward.abs());
         let middle = offset.x * self.forward.x + offset.y * self.forward.y + offset.z * self.forward.z;

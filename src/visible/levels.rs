@@ -19,15 +19,15 @@ use crate::scene::Camera;
 pub struct LevelChoice {
     /// Relative to the origin of [`super::InstanceTransform`]s.
     camera: Vec3,
-    /// Metres by which a box may lie beside where f32 has it.
+    /// Metres by which f32 may misplace a box.
     slack: f32,
-    /// The square of the metres that an error may have at a distance of one, or at any from an orthographic camera.
+    /// The square of the allowed error in metres, at a distance of one metre or, with an orthographic camera, at any distance.
     pub allowed: f32,
     pub is_orthographic: bool,
 }
 
 impl LevelChoice {
-    /// None where meshes are drawn themselves.
+    /// Returns `None` if the plan has no levels of detail.
     pub(super) fn of(world: &World, camera: &Camera, plan: &FramePlan) -> Option<Self> {
         if plan.lod <= 0.0 {
             return None;
@@ -45,7 +45,7 @@ impl LevelChoice {
             return 0;
         }
         let (center, half) = world.instances.box_of(&object.bounds);
-        // From the camera to the nearest point of the box.
+        // The vector from the camera to the nearest point of the box.
         let beside = ((center - self.camera).abs() - half - self.slack).max(Vec3::ZERO);
         let squared = beside.x * beside.x + beside.y * beside.y + beside.z * beside.z;
         let allowed = self.allowed * if self.is_orthographic { 1.0 } else { squared };
@@ -90,7 +90,7 @@ impl World {
 }
 
 impl Visible {
-    /// Casters of a map with the levels that the camera chooses, those of one level after the other where one command can draw them.
+    /// Casters of a map with the levels that the camera chooses. Within a group that one command can draw, casters are sorted by level.
     pub fn leveled<'a>(&self, world: &World, casters: &'a [Caster]) -> Cow<'a, [Caster]> {
         let Some(levels) = &self.levels else { return casters.into() };
         let object = |caster: &Caster| &world.objects[caster.object];

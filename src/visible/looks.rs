@@ -89,7 +89,7 @@ impl World {
 }
 
 impl WorldObject {
-    /// Its material, and the sheet of the material's atlas: a set of its own binds them.
+    /// The material and the sheet of its atlas, which together have a descriptor set.
     pub fn material_set(&self) -> (usize, u32) {
         (self.material, self.look.sheet)
     }
@@ -146,7 +146,7 @@ mod tests {
         }
     }
 
-    /// A device whose arrays have fewer layers draws the cells of each array by a command of its own.
+    /// If arrays have fewer layers than an atlas has cells, each array's cells are drawn by a separate command.
     #[test]
     fn cells_beyond_an_array_are_in_another_sheet() {
         let scene = squares(64, vec![]);

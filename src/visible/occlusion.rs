@@ -1,11 +1,11 @@
 //! Occlusion culling on the CPU: a coarse picture of the largest opaque objects, drawn on the CPU for each frame.
 //!
-//! The picture's cells are several pixels wide, and the depth of a cell holds for every point of it. A mesh covers a cell if it covers the
-//! middle and none of its outline's edges comes near the cell: from inside to outside one has to cross an edge that has no triangle, or one that
-//! faces the other way, on its far side. Edges that two triangles share by the same positions are no outline, as rasterization leaves no gap
-//! at them. So meshes hide across their triangles' edges, and yet nothing shows through that the frame itself would not show. The depth of
-//! a cell is the farthest of all triangles of the mesh that come near it. An object is hidden if its box is behind each cell that it comes
-//! near. Two meshes that meet have an outline there: objects behind it are drawn.
+//! The picture's cells are several pixels wide, and the depth of a cell holds for every point of it. A mesh covers a cell if it covers the middle and
+//! no edge of its outline comes near the cell. An outline edge has on its other side no triangle, or one that faces the other way, so leaving the
+//! mesh always crosses the outline. Edges that two triangles share by the same positions are no outline, as rasterization leaves no gap at them. So
+//! meshes hide across their triangles' edges, and yet hide nothing that the frame itself would show. The depth of a cell is the farthest of all
+//! triangles of the mesh that come near it. An object is hidden if its box is behind each cell that it comes near. Two meshes that meet have an
+//! outline there: objects behind it are drawn.
 
 mod largest;
 mod mesh;
@@ -25,8 +25,8 @@ use crate::plan::FramePlan;
 use crate::scene::{Aabb, Camera, Scene};
 use crate::shaders::cull::host as cull;
 
-/// The picture gets objects that cover this share of it or more, the largest first, until one of the sums is reached: objects, triangles, and
-/// pictures' worth of cells.
+/// The picture gets objects that cover at least this share of it, the largest first, up to these numbers of objects, triangles, and pictures' worth
+/// of cells.
 const LEAST_SHARE: f64 = 0.002;
 const MOST_OBJECTS: usize = 128;
 const MOST_TRIANGLES: usize = 16384;
@@ -48,7 +48,7 @@ pub(super) struct Occluders {
 
 impl Occluders {
     pub(super) fn of(scene: &Scene, plan: &FramePlan, objects: &[WorldObject]) -> Self {
-        // A level of detail covers other pixels than its mesh.
+        // A level of detail covers different pixels than its mesh.
         let leveled = plan.meshes.meshes.iter().filter(|mesh| !mesh.levels.is_empty());
         let leveled: BTreeSet<usize> = leveled.map(|mesh| mesh.mesh).collect();
         let can_hide = |object: &&WorldObject| {
@@ -67,12 +67,12 @@ fn is_opaque(object: &WorldObject) -> bool {
 /// The coarse picture: for each of its cells, the distance behind which everything is certain to be hidden.
 pub(super) struct OcclusionBuffer {
     view: OcclusionView,
-    /// Metres along the view; infinite where nothing is certain.
+    /// Metres along the view; infinite if nothing is certain.
     hidden_from: Vec<f64>,
 }
 
 impl OcclusionBuffer {
-    /// Of the objects that a camera may see.
+    /// Draws the largest of the objects that a camera may see.
     pub(super) fn of(
         world: &World,
         occluders: &Occluders,
@@ -119,12 +119,12 @@ impl OcclusionBuffer {
             .map(|position| view.place(object.transform.transform_point3(position.as_dvec3())))
             .collect();
         let corners: Vec<DVec2> = places.iter().map(|&place| view.cell(place)).collect();
-        // True if the camera sees the triangle's front; none where it is not drawn, or not wholly beyond the near plane.
+        // True if the camera sees the triangle's front; `None` if it is culled or not wholly beyond the near plane.
         let facing = |triangle: &[u32; 3]| {
             let [a, b, c] = triangle.map(|corner| places[corner as usize]);
             let is_before = a.z.min(b.z).min(c.z) > view.camera.near * (1.0 + 1e-6);
             let ray = if view.camera.is_orthographic() { DVec3::Z } else { a };
-            // Y and z turned over: a right-handed view all the same.
+            // Both y and z are flipped, so the view is still right-handed.
             let front = ((b - a).cross(c - a).dot(ray) < 0.0) != object.key.mirrored;
             (is_before && (front || object.key.two_sided)).then_some(front)
         };
@@ -160,7 +160,7 @@ impl OcclusionBuffer {
 
     /// Returns true if no point of the box can be seen.
     pub(super) fn hides(&self, bounds: &Aabb) -> bool {
-        // Its middle is in one of the cells that it comes near, and no nearer than its nearest point.
+        // Early-out: the middle is in one of the cells that the box comes near, and no nearer than its nearest point.
         let middle = self.view.place(bounds.center());
         if middle.z >= self.view.camera.near {
             let cell = self.view.cell(middle);

@@ -12,11 +12,11 @@ use crate::scene::{Aabb, CastsShadow, DeformBounds, Mesh, Motion, Pose, Scene, d
 /// SKIN's input: the joints and weights of all deformed objects, in the order of the plan.
 #[derive(Debug, Clone, Default)]
 pub struct WorldPose {
-    /// Another number for each pose; 0 is none.
+    /// A different number for each pose; 0 without a pose.
     pub revision: u64,
     /// Rows of each joint's map, from the mesh's f32 vertices to the object's own space.
     pub joints: Vec<[[f32; 4]; 3]>,
-    /// Of the shapes.
+    /// Weights of the shapes.
     pub weights: Vec<f32>,
     /// The scene's numbers of lights and of materials that clips or nodes change.
     pub lights: Arc<[usize]>,
@@ -24,30 +24,30 @@ pub struct WorldPose {
     /// The scene's numbers of objects whose cells clips change.
     pub cells: Arc<[usize]>,
     deforms: Vec<Deform>,
-    /// Those of `World::objects` that nodes carry and nothing deforms, each with its node.
+    /// Indices into `World::objects` of undeformed objects that nodes carry, each with its node.
     carried: Vec<(usize, usize)>,
 }
 
 /// A deformed mesh.
 #[derive(Debug, Clone)]
 struct Deform {
-    /// Those of `World::objects` that have it, each with the transform that moves it from where its joints are.
+    /// Indices into `World::objects` of its objects, each with the transform that moves it away from its joints.
     objects: Vec<(usize, DAffine3)>,
     node: Option<usize>,
     skin: Option<usize>,
     /// The origin of the mesh's vertices.
     origin: DVec3,
     bounds: Arc<DeformBounds>,
-    /// Its first joint and weight among those of all, and how many weights there are.
+    /// The first joint and weight among all joints and weights, and the number of weights.
     first_joint: usize,
     first_weight: usize,
     shapes: usize,
-    /// Its mesh, where triangles are sorted for each frame.
+    /// The mesh, if its triangles are sorted for each frame.
     sorted: Option<Arc<Mesh>>,
 }
 
 impl WorldPose {
-    /// `sorts` says of which objects of the scene triangles are sorted.
+    /// `sorts` returns true for objects of the scene whose triangles are sorted.
     pub(super) fn of(
         scene: &Scene,
         plan: &FramePlan,
@@ -96,17 +96,17 @@ impl WorldPose {
 
 /// The place of a deformed mesh in a pose.
 struct PosedMesh {
-    /// From SKIN's output to the world, or to the place from which objects move it.
+    /// The map from SKIN's output to the world, or to the place from which objects move it.
     transform: DAffine3,
     bounds: Aabb,
     /// True if SKIN's output changes.
     is_new: bool,
-    /// Its triangles, before `transform`.
+    /// The triangles, before `transform`.
     triangles: Option<Vec<SortableTriangle>>,
 }
 
 impl World {
-    /// Moves everything that nodes carry to where a pose has it.
+    /// Moves everything that nodes carry to its place in a pose.
     pub fn pose(&mut self, motion: &Motion, pose: &Pose) {
         self.moment = pose.time();
         for place in 0..self.pose.carried.len() {

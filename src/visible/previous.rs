@@ -6,15 +6,15 @@ use glam::DAffine3;
 
 use super::{Draw, FrameProjection, Visible, World};
 
-/// The objects that have moved since the last frame, where frames ask for them.
+/// The objects that have moved since the last frame, if the plan asks for them.
 #[derive(Debug, Clone, Default)]
 pub struct PreviousTransforms {
     is_kept: bool,
-    /// By their places among [`World::objects`]: how they stood.
+    /// The previous transforms, by index into [`World::objects`].
     moved: BTreeMap<usize, DAffine3>,
 }
 
-/// An instance that has moved, and how it stood before.
+/// An instance that has moved, and its previous transform.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MovedDraw {
     /// One instance of its mesh.
@@ -60,15 +60,15 @@ impl Visible {
     }
 }
 
-/// A frame beside the one before it: by this its surfaces find where they were seen.
+/// A frame and the previous one, by which surfaces find their previous places in the picture.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reprojection {
     pub current: FrameProjection,
-    /// None where there is no frame before, or it was of something else.
+    /// `None` if there is no previous frame, or it showed something else.
     pub previous: Option<FrameProjection>,
     /// No surface and no light has changed, and the camera has not.
     pub still: bool,
-    /// From the exposure of the frame before to this one's.
+    /// The factor from the previous frame's exposure to this one's.
     pub exposed: f32,
     /// The place in each pixel through which this frame looks, in pixels to the right and down from the centre.
     pub jitter: [f64; 2],

@@ -23,12 +23,12 @@ pub fn clip_from_world(
     DMat4::from_cols(right - w * offset_x, down - w * offset_y, z, w).transpose()
 }
 
-/// A frame's projection without its jitter. In f64, as the differences from frame to frame are small.
+/// A frame's projection without its jitter, in f64 because the differences between frames are small.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FrameProjection {
     camera: Camera,
     depth: DepthMapping,
-    /// From the world around the camera to pixels from the upper left corner, depth, and w.
+    /// The map from camera-relative world space to pixels from the upper left corner, depth, and w.
     pixels: DMat4,
 }
 
@@ -42,7 +42,7 @@ pub struct ProjectionRows {
 }
 
 impl FrameProjection {
-    /// Of a picture of so many pixels.
+    /// The projection of a picture with `size` pixels.
     pub fn of(eye: &Eye, depth: &DepthMapping, size: [u32; 2]) -> Self {
         let camera = eye.camera;
         let [width, height] = size.map(f64::from);
@@ -69,7 +69,7 @@ impl FrameProjection {
         (self.pixels * between * other.pixels.inverse() - DMat4::IDENTITY).as_mat4()
     }
 
-    /// From a mesh that stands there.
+    /// The rows for a mesh with the transform `stand`.
     pub fn rows(&self, stand: &DAffine3) -> ProjectionRows {
         let mut around = *stand;
         around.translation -= self.camera.position;
@@ -89,7 +89,7 @@ impl FrameProjection {
         }
     }
 
-    /// Metres along the view at a depth of 1, and from there to a depth of 0 where it is linear: as shaders take them.
+    /// The shaders' parameters: metres along the view at a depth of 1, and, for a linear depth, from there to a depth of 0.
     pub fn depths(&self) -> [f32; 2] {
         match self.depth {
             DepthMapping::Reciprocal { near } => [near as f32, 0.0],

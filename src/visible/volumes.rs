@@ -61,7 +61,7 @@ pub(super) fn rectangles(reaches: &[Reach], first: u32, camera: &Camera, size: [
 }
 
 impl Volumes {
-    /// The volumes of the lights that the loop does not take, but those that lie wholly behind the camera.
+    /// The volumes of the lights outside the loop, without volumes wholly behind the camera.
     pub(super) fn of(world: &World, active: &ActiveLights, camera: &Camera) -> Self {
         let mut volumes = Self::default();
         let mut cones = Vec::new();

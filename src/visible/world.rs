@@ -22,14 +22,14 @@ use crate::scene::{
     ShadowSettings, Sky, SkyDirection, SkyDistribution, Transparency,
 };
 
-/// The part of a scene that every frame reads again. No texels, and no vertices but where triangles are sorted.
+/// The part of a scene that every frame reads again: no texels, and no vertices but the centroids of sorted triangles.
 #[derive(Debug, Clone)]
 pub struct World {
     pub objects: Vec<WorldObject>,
-    /// The same as they are drawn.
+    /// The objects as instances, in draw order.
     pub instances: InstanceList,
     pub materials: Vec<Material>,
-    /// Only those that shine and can reach an object, with directions of length 1: directional lights, then those that reach everywhere, then those whose reach is limited.
+    /// The lights that shine and can reach an object, with directions of length 1: directional, unbounded, then bounded lights.
     pub lights: Vec<Light>,
     /// The reach of each light, in metres.
     pub reaches: Vec<f64>,
@@ -40,9 +40,9 @@ pub struct World {
     /// Maps that only change when something moves, by their index.
     pub(super) lamps: Vec<Option<Arc<ShadowView>>>,
     pub environment: Environment,
-    /// The sky; none in a scene without one.
+    /// The sky; `None` in a scene without sky.
     pub sky: Option<WorldSky>,
-    /// The sky's light, where frames draw directions from it.
+    /// The sky's light, if frames draw directions from it.
     sky_light: Option<SkyDistribution>,
     /// Directional lights of the next frame, drawn from the sky.
     pub sky_directions: Vec<SkyDirection>,
@@ -53,49 +53,49 @@ pub struct World {
     /// The moment of motion at which particles are seen, in seconds.
     pub moment: f64,
     pub bounds: Aabb,
-    /// Of the scene as it was at first: maps are scaled by it, and must not change when something far away moves.
+    /// The radius of the scene as it was at first. Maps are scaled by it, and must not change when something far away moves.
     pub radius: f64,
-    /// The same, widened in steps where objects have left it: cascades are never larger.
+    /// The box of the scene as it was at first, widened in steps if objects have left it. Cascades are never larger.
     pub extent: Aabb,
     at_first: Aabb,
     pub shadows: ShadowSettings,
-    /// From nits to exposed light, which is tone-mapped.
+    /// The factor from nits to exposed light, which is tone-mapped.
     pub exposure: f32,
-    /// By mesh: triangles that are sorted for each frame, as they are transparent.
+    /// The transparent triangles that are sorted for each frame, by mesh.
     pub sortable: BTreeMap<usize, Vec<SortableTriangle>>,
-    /// By deformed mesh of the plan: the same of those.
+    /// The transparent triangles of deformed meshes that are sorted for each frame, by the plan's deformed mesh.
     pub deformed_triangles: BTreeMap<usize, Vec<SortableTriangle>>,
-    /// By the scene's own numbers: the index into [`World::objects`] and [`World::lights`], of those that are among them.
+    /// The index into [`World::objects`] and [`World::lights`] by the scene's own numbers; `None` if left out.
     object_of: Vec<Option<usize>>,
     light_of: Vec<Option<usize>>,
     /// The lights that the plan left out.
     idle_lights: IdleLights,
-    /// By mesh: its levels of detail; empty where there are none of any.
+    /// The levels of detail of each mesh; empty if no mesh has any.
     pub(super) levels: Vec<Vec<PlannedLevel>>,
-    /// The occluders, where the plan leaves occluded objects out.
+    /// The occluders, if the CPU does occlusion culling.
     pub(super) occluders: Option<Occluders>,
-    /// Frames are halted after so many of [`World::lights`].
+    /// The number of [`World::lights`] after which frames are halted.
     halted: Option<usize>,
     /// Counts the changes of objects and lights, and of the lights that are lit.
     pub(super) generation: u64,
     /// The deformed meshes in SKIN's form.
     pub pose: WorldPose,
-    /// Places of the objects in the frame before.
+    /// The objects' transforms in the previous frame.
     pub previous: PreviousTransforms,
-    /// The changes since `lamps` and `bounds` were worked out; none if nothing has moved.
+    /// The changes since `lamps` and `bounds` were computed; `None` if nothing has moved.
     pub(super) changes: Option<Changes>,
 }
 
-/// A sky, as shaders take it.
+/// The shaders' parameters of a sky.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct WorldSky {
-    /// Cosine and sine of the angle that takes directions of the world to the sky's own.
+    /// Cosine and sine of the rotation from the world to the sky.
     pub turn: Vec2,
-    /// From its texels' values on the device to nits.
+    /// The factor from the texels' values on the device to nits.
     pub scale: f32,
     pub sun_direction: Vec3,
     pub sun_radiance: Vec3,
-    /// Of the sun's angular radius.
+    /// Sine of the sun's angular radius.
     pub sun_sine: f32,
     /// The mean radiance over all directions, in nits.
     pub mean: Vec3,
@@ -115,42 +115,42 @@ impl WorldSky {
     }
 }
 
-/// A triangle of a mesh, as far as it is sorted.
+/// A triangle of a mesh, for sorting.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SortableTriangle {
     pub indices: [u32; 3],
-    /// In mesh space.
+    /// The centroid in mesh space.
     pub centroid: Vec3,
 }
 
 /// An object that can be drawn.
 #[derive(Debug, Clone)]
 pub struct WorldObject {
-    /// Its index in the scene.
+    /// The index in the scene.
     pub number: usize,
     pub mesh: usize,
-    /// The place of its mesh among the deformed ones of the plan.
+    /// The index of its mesh among the plan's deformed meshes.
     pub deform: Option<usize>,
     pub material: usize,
-    /// From the mesh's f32 vertices to the world.
+    /// The map from the mesh's f32 vertices to the world.
     pub transform: DAffine3,
     pub bounds: Aabb,
     pub casts: CastsShadow,
     /// Counts how often it has moved.
     pub revision: u32,
-    /// The mesh's own place and box.
+    /// The origin and the box of the mesh itself.
     pub(super) mesh_place: (DVec3, Aabb),
     /// True if its motion can mirror it.
     pub may_mirror: bool,
     pub key: GeometryKey,
-    /// How it is lit once more, as it is drawn, where LIGHTING's light is not all.
+    /// The key with which it is lit again as it is drawn, if LIGHTING's light is incomplete.
     pub relit: Option<ForwardKey>,
     /// The holes in its shadow.
     pub(crate) cuts: Cuts,
     pub triangles: usize,
     pub transparent: bool,
     pub look: PlannedLook,
-    /// Of a body of glass: the share of its surface that is round, and 1 over the longest edge of its mesh's box.
+    /// Properties of a glass body: the share of its surface that is round, and 1 over the longest edge of its mesh's box.
     pub round: f32,
     pub slender: f32,
 }
@@ -272,15 +272,15 @@ impl World {
         Ok(true)
     }
 
-    /// Returns the index into [`World::objects`] of an object of the scene, by its index there; none where it is not drawn.
+    /// Returns the index into [`World::objects`] of an object, by its index in the scene; `None` if it is not drawn.
     pub(super) fn place_of(&self, index: usize) -> Result<Option<usize>, PlanError> {
         let count = self.object_of.len();
         let none = || PlanError::Change(format!("there is no object {index}: the scene has {count}"));
         self.object_of.get(index).copied().ok_or_else(none)
     }
 
-    /// Changes a light, by its index in the scene. Returns false where that needs another plan: the light was left out as it was dark or reached
-    /// nothing, or the changed one needs other pipelines or maps.
+    /// Changes a light, by its index in the scene. Returns false if this needs another plan: the light was left out because it was dark or reached
+    /// nothing, or the changed light needs other pipelines or maps.
     ///
     /// # Errors
     /// When there is no such light, or a number is not finite.
@@ -306,14 +306,14 @@ impl World {
         Ok(true)
     }
 
-    /// Changes a material, of one of those that clips change.
+    /// Changes a material that clips may change.
     pub fn set_material(&mut self, index: usize, material: Material) {
         if let Some(own) = self.materials.get_mut(index)
             && *own != material
         {
             *own = material;
             self.generation += 1;
-            // Masks cut other holes into shadows, and other light passes what is transparent.
+            // Masks may cut other holes into shadows, and transparent surfaces may let other light through.
             let shows = |object: &WorldObject| object.transparent || object.cuts.any();
             let cast = |object: &&mut WorldObject| {
                 object.material == index && object.casts != CastsShadow::No && shows(object)
@@ -347,12 +347,12 @@ impl World {
         self.reaches.iter().take_while(|reach| reach.is_infinite()).count()
     }
 
-    /// Halts frames after the first so many of [`World::lights`], or as many as there are, before anything transparent is drawn. Nothing that is
-    /// planned changes. With `None` frames are whole.
+    /// Halts frames after the first `lights` of [`World::lights`], or after all if there are fewer, before anything transparent is drawn. The plan
+    /// does not change. Frames are complete again with `None`.
     pub fn halt_after(&mut self, lights: Option<usize>) {
         if self.halted != lights {
             self.halted = lights;
-            // A shadow map that nobody looked up may lack casters that the camera needs now.
+            // A shadow map that nothing sampled may lack casters that the camera needs now.
             self.generation += 1;
         }
     }
@@ -415,14 +415,14 @@ fn union(objects: &[WorldObject]) -> Aabb {
     objects.iter().fold(Aabb::EMPTY, |all, object| all.union(&object.bounds))
 }
 
-/// By the scene's own numbers, of which there are `count`: the place of each among those in use.
+/// The place of each number among the numbers in use, for the scene's `count` numbers.
 fn places(numbers: impl Iterator<Item = usize>, count: usize) -> Vec<Option<usize>> {
     let mut places = vec![None; count];
     numbers.enumerate().for_each(|(place, number)| places[number] = Some(place));
     places
 }
 
-/// The materials of a plan, but those that clips change as they are at rest.
+/// The materials of a plan. Materials that clips change are in their rest state, with nothing folded.
 fn at_rest(scene: &Scene, plan: &FramePlan) -> Vec<Material> {
     let mut materials = plan.materials.all.clone();
     for index in scene.motion.moved_materials() {
@@ -436,12 +436,12 @@ fn structure(light: &Light, shadows: &ShadowSettings) -> impl PartialEq {
     let form = light.kind.form();
     let falloff = form.falloff.map(|falloff| (falloff.index(), weakens(falloff)));
     let projection = MapProjection::of(light, shadows.cascades);
-    // One that goes dark adds nothing, and may shine again.
+    // A light that goes dark adds nothing, and may shine again.
     (form.number, projection, form.traits(), falloff, light.casts_shadow)
 }
 
 impl SortableTriangle {
-    /// With their centroids where `transform` has them.
+    /// All triangles of a mesh, with their centroids transformed.
     pub(super) fn all(mesh: &Mesh, transform: &DAffine3) -> Vec<Self> {
         let corner = |index: u32| Vec3::from(mesh.positions[index as usize]);
         let place = |centroid: Vec3| transform.transform_point3(centroid.as_dvec3()).as_vec3();

@@ -1,4 +1,4 @@
-//! Chromium without a screen, driven through a pipe by the DevTools protocol: its sizes, keys and fingers are those of a reader.
+//! Headless Chromium, driven through a pipe by the DevTools protocol, with a reader's screen sizes, keys and touches.
 //!
 //! The protocol: <https://chromedevtools.github.io/devtools-protocol>. Through `--remote-debugging-pipe` the browser reads messages from descriptor 3 and writes them
 //! to 4; each ends with a zero byte.
@@ -23,12 +23,12 @@ pub struct Browser {
     answers: BufReader<File>,
     last: u64,
     session: Option<String>,
-    /// Its profile and its pipes.
+    /// Holds the profile and the pipes.
     _folder: TempDir,
 }
 
 impl Browser {
-    /// Starts it with an empty page; `None` where there is no Chromium.
+    /// Starts Chromium with an empty page. Returns `None` if it is not installed.
     pub fn start() -> Option<Self> {
         let is_there =
             |name: &&str| Command::new(name).arg("--version").output().is_ok_and(|output| output.status.success());
@@ -92,7 +92,7 @@ impl Browser {
         }
     }
 
-    /// Opens a page on a screen of this size, a phone's where it is narrow, and waits until all of it is there.
+    /// Opens a page on a screen of this size (a phone's if it is narrow) and waits until the page has loaded.
     pub fn open(&mut self, page: &Path, [width, height]: [u32; 2]) {
         let is_phone = width < 500;
         let screen = json!({ "width": width, "height": height, "deviceScaleFactor": 1, "mobile": is_phone });

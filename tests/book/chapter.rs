@@ -98,7 +98,7 @@ impl Chapter {
         Self { name: name.to_owned(), pieces: pieces(&text) }
     }
 
-    /// The chapters of SUMMARY.md, in their order, or those that `AFTERLIGHT_BOOK` names.
+    /// Returns the chapters in the order of SUMMARY.md, or only the ones that `AFTERLIGHT_BOOK` names.
     pub fn all() -> Vec<Self> {
         let summary = fs::read_to_string(folder().join("SUMMARY.md")).expect("the book has a summary");
         let links = summary.split("](").skip(1).filter_map(|rest| rest.split_once(".md)"));
@@ -135,7 +135,7 @@ impl Chapter {
         text
     }
 
-    /// Returns the names of the files of its own that it shows or includes.
+    /// Returns the names of the chapter's own files that it shows or includes.
     pub fn shown(&self) -> Vec<String> {
         let prefix = format!("made/{}/", self.name);
         let text = self.text();

@@ -4,7 +4,7 @@
 //! `AFTERLIGHT_BLESS=1 cargo test --test book sessions::` writes the output of commands into the chapters, and takes their pictures.
 //! `AFTERLIGHT_BOOK=shadows,light` names the chapters that are tried.
 
-// Its sessions are typed into bash, in folders with links.
+// The book's sessions are typed into bash, in folders with symbolic links.
 #![cfg(unix)]
 
 #[path = "../common/mod.rs"]

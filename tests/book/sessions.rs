@@ -22,7 +22,7 @@ pub fn blesses() -> bool {
     std::env::var("AFTERLIGHT_BLESS").is_ok_and(|value| value == "1")
 }
 
-/// The version of the machine's layer, as in 1.4.309; none where there is none.
+/// Returns the version of the machine's validation layer, such as 1.4.309, or `None` if it is not installed.
 fn layer() -> Option<String> {
     use afterlight::gpu::{Instance, InstanceOptions, Validation, vk};
     let options = InstanceOptions { validation: Validation::Core, ..InstanceOptions::default() };
@@ -45,7 +45,7 @@ pub struct Desk {
 }
 
 impl Desk {
-    /// With the project's folders from `project`, and its program.
+    /// Prepares a desk with links to the folders of `project` and with a script that starts `program`.
     pub fn new(project: &Path, program: &Path, layer: Option<String>) -> Self {
         let [folder, programs] = [(); 2].map(|()| tempfile::tempdir().expect("a temporary folder"));
         for name in LINKED {
@@ -195,7 +195,7 @@ fn compare_file(kept: &Path, made: &Path) -> Result<(), String> {
     }
 }
 
-/// Compares the files that the chapter shows with those that its commands have made, or keeps the latter.
+/// Compares the files that the chapter shows with the files that its commands have made, or keeps the new ones.
 fn try_files(chapter: &Chapter, desk: &Desk, patch: Option<&str>) -> Vec<String> {
     let mut wrong = Vec::new();
     for name in chapter.shown() {

@@ -4,7 +4,7 @@ use afterlight::frame::Picture;
 
 use super::gpu::{bytes, floats, nits, places};
 
-/// The largest difference of two tone-mapped pictures, in codes, and where it is.
+/// Returns the largest difference between two tone-mapped pictures, in codes, and its pixel.
 pub fn largest_code_difference(a: &Picture, b: &Picture) -> (u8, (u32, u32)) {
     assert_eq!(a.size, b.size);
     let differences = bytes(a).iter().zip(bytes(b)).map(|(a, b)| a.abs_diff(*b)).enumerate();

@@ -19,7 +19,7 @@ fn library() -> PathBuf {
     own
 }
 
-/// The manifests, from the layer's folder. Loaders look for that of an implicit layer below `XDG_DATA_HOME`.
+/// The layer's manifests, relative to its folder. Loaders look for an implicit layer's manifest below `XDG_DATA_HOME`.
 const EXPLICIT: &str = "failures.json";
 const IMPLICIT: &str = "vulkan/implicit_layer.d/failures.json";
 
@@ -65,7 +65,7 @@ pub fn implicit_environment(folder: &Path) -> Vec<(&'static str, OsString)> {
     vec![
         ("XDG_DATA_HOME", folder.into()),
         ("AFTERLIGHT_FAILURES_IMPLICIT", "1".into()),
-        // On Debian 13's stack other implicit layers are off. Loaders before 1.3.262 do not know this variable.
+        // Debian 13's stack turns other implicit layers off. Loaders before 1.3.262 do not know this variable.
         ("VK_LOADER_LAYERS_ALLOW", NAME.into()),
         (LIBRARY, library().into()),
     ]

@@ -69,8 +69,9 @@ pub fn flip_error(expected: &RgbImage, actual: &RgbImage) -> (f64, RgbImage) {
     (map.mean(), image.unwrap_or_else(|| panic!("a FLIP map of the wrong length")))
 }
 
-/// Compares a picture with `tests/golden/NAME.png`. Where they differ by more than is allowed, AFTERLIGHT_BLESS=1 writes that file anew: what differs by less, as another run's
-/// rounding, stays as it is. The error says what is wrong: expected, actual and difference are then in `target/test-output/NAME`.
+/// Compares a picture with `tests/golden/NAME.png`. If they differ by more than is allowed, AFTERLIGHT_BLESS=1 rewrites that file; smaller
+/// differences, such as another run's rounding, leave it as it is. The error describes the difference; expected, actual and difference are then in
+/// `target/test-output/NAME`.
 pub fn check(name: &str, picture: &Picture, device: &PhysicalDevice) -> Result<(), String> {
     let actual = rgb(picture);
     let golden = folder("tests/golden").join(format!("{name}.png"));

@@ -37,19 +37,19 @@ impl Turns {
     }
 }
 
-/// Runs `test` on a device of its own, so that messages belong to it, however many tests run beside it. Fails on every message that
-/// is about this program, those of tearing down included.
+/// Runs `test` on its own device, so that the messages belong to it, however many tests run in parallel. Fails on every message about this program,
+/// including the ones from tearing down.
 pub fn on_gpu(test: impl FnOnce(&Gpu)) {
     on_instance(instance(false), &[], Turns::all(), |_| (), test);
 }
 
-/// The same on a device that is changed before anybody else has it.
+/// Runs `test` as [`on_gpu`] does, on a device that `prepare` changes first.
 pub fn on_prepared_gpu(prepare: impl FnOnce(&mut Device), test: impl FnOnce(&Gpu)) {
     on_instance(instance(false), &[], Turns::all(), prepare, test);
 }
 
-/// The same in both modes of the layer: neither notices all that the other does. Older layers have one. In `make test`, cases that ask
-/// [`Gpu::takes_turn`] are tried in one mode each, in turn.
+/// Runs `test` as [`on_gpu`] does, in both modes of the layer, since neither notices everything. Older layers have one mode. In `make test`, cases
+/// that ask [`Gpu::takes_turn`] run in one mode each, alternating.
 pub fn on_gpu_in_both_modes(test: impl Fn(&Gpu)) {
     let modes = [false, true].map(instance);
     let modes: Vec<_> =
@@ -60,13 +60,13 @@ pub fn on_gpu_in_both_modes(test: impl Fn(&Gpu)) {
     }
 }
 
-/// The same on a device that can present frames, on surfaces without a display. A system without such surfaces is named.
+/// Runs `test` as [`on_gpu`] does, on a device that can present frames, on surfaces without a display. A system without such surfaces is reported.
 #[cfg(feature = "window")]
 pub fn on_presenting_gpu(test: impl FnOnce(&Gpu)) {
     on_prepared_presenting_gpu(|_| (), test);
 }
 
-/// The same on a device that is changed before anybody else has it.
+/// Runs `test` as [`on_presenting_gpu`] does, on a device that `prepare` changes first.
 #[cfg(feature = "window")]
 pub fn on_prepared_presenting_gpu(prepare: impl FnOnce(&mut Device), test: impl FnOnce(&Gpu)) {
     let options = InstanceOptions { validation: Validation::Synchronization, ..InstanceOptions::default() };
@@ -107,7 +107,7 @@ fn on_instance(
     assert!(ours.is_empty(), "messages: {ours:#?}");
 }
 
-/// Runs `test` on a device of its own while the layer checks on the GPU, and fails on every message. A layer that cannot do so is named.
+/// Runs `test` on its own device under GPU-assisted validation, and fails on every message. A layer that cannot do so is reported.
 pub fn on_gpu_assisted(test: impl FnOnce(&Gpu)) {
     let (watched, log) = match open(Validation::GpuAssisted) {
         Ok(opened) => opened,
@@ -157,7 +157,7 @@ fn open(validation: Validation) -> gpu::Result<(Gpu, Arc<MessageLog>)> {
     Ok((Gpu { device, turns: Turns::all() }, instance.message_log()))
 }
 
-/// All messages about this program, without those of the loader and the drivers about the system.
+/// Returns all messages about this program, without the messages of loader and drivers about the system.
 fn ours(log: &MessageLog) -> Vec<Message> {
     assert_eq!(log.dropped(), 0, "more messages than the log keeps");
     log.take().into_iter().filter(Message::is_about_this_program).collect()
@@ -208,7 +208,7 @@ fn overrun(device: &Arc<Device>) -> gpu::Result<()> {
     }
     cmd.end()?;
     device.submit(&cmd)?;
-    // The layer reads its findings on a thread of its own, maybe still after a fence; this waits for it.
+    // The layer reads its findings on a separate thread, perhaps after a fence has signalled; this waits for that thread.
     device.wait_idle()
 }
 
@@ -260,7 +260,7 @@ impl Gpu {
     /// Returns true if the device can draw a scene by a light path, as far as `visibility` goes: not every one looks textures up. Lavapipe of Mesa 22 cannot
     /// index them.
     pub fn takes(&self, path: LightPath, scene: &Scene) -> bool {
-        /// No scene here has so many textures, those of the pass itself counted.
+        /// More textures than any scene here has, including the pass's own.
         const ENOUGH: u32 = 64;
         let device = frame::capabilities(&self.device.physical);
         let has_textures = scene.materials.iter().any(|material| material.textures().next().is_some());

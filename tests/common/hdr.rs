@@ -10,14 +10,14 @@ pub fn perceptual_quantizer(nits: f64) -> f64 {
     ((c1 + c2 * y) / (1.0 + c3 * y)).powf(m2)
 }
 
-/// From the primaries of ITU-R BT.709 to those of BT.2020, both linear.
+/// Returns the matrix from linear ITU-R BT.709 to linear BT.2020.
 pub fn to_rec2020() -> DMat3 {
     let rec709 = to_xyz([[0.64, 0.33], [0.30, 0.60], [0.15, 0.06]]);
     let rec2020 = to_xyz([[0.708, 0.292], [0.170, 0.797], [0.131, 0.046]]);
     rec2020.inverse() * rec709
 }
 
-/// From linear light of these primaries, whose white is D65, to CIE XYZ with 1 as the luminance of white.
+/// Returns the matrix from linear light of these primaries, with D65 as white, to CIE XYZ in which white has luminance 1.
 fn to_xyz(primaries: [[f64; 2]; 3]) -> DMat3 {
     let xyz = |[x, y]: [f64; 2]| DVec3::new(x / y, 1.0, (1.0 - x - y) / y);
     let [red, green, blue] = primaries.map(xyz);

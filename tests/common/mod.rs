@@ -1,6 +1,6 @@
 //! Code that several tests share.
 
-// Each group of tests is a program of its own and uses a part of this.
+// Each group of tests is a separate program and uses only a part of this module.
 #![allow(dead_code)]
 
 pub mod compare;
@@ -45,8 +45,8 @@ pub fn one_of<T>(cases: &[T], turn: usize) -> &[T] {
     if tries_all() { cases } else { &cases[index..=index] }
 }
 
-/// The folder of third-party scenes: `AFTERLIGHT_SCENES`, else `../shared/scenes` beside the project. Where it is absent,
-/// says so and returns none; the caller then skips what needs it.
+/// Returns the folder of third-party scenes: `AFTERLIGHT_SCENES`, else `../shared/scenes` beside the project. Prints a note and returns `None` if the
+/// folder does not exist; the caller then skips the tests that need it.
 pub fn scenes_dir() -> Option<PathBuf> {
     let folder = match std::env::var_os("AFTERLIGHT_SCENES") {
         Some(folder) => PathBuf::from(folder),

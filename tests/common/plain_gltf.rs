@@ -1,6 +1,6 @@
-//! The triangles of a glTF file that moves, at a time of a clip, evaluated in f64 straight from the specification's formulas. This evaluation shares
-//! no code with the program and reads only what a handful of models have: floats and unsigned integers, TRS and matrices, skins of four weights,
-//! shapes of positions, triangles. Anything else in a file ends in a panic.
+//! The triangles of an animated glTF file at a time of a clip, evaluated in f64 straight from the specification's formulas. This evaluation shares no
+//! code with the program and reads only the features of a handful of models: floats and unsigned integers, TRS and matrices, skins of four weights,
+//! morph targets of positions, triangles. Anything else in a file ends in a panic.
 
 use std::fs;
 use std::path::Path;

@@ -11,7 +11,8 @@ pub fn program() -> Command {
     start(Path::new(PROGRAM))
 }
 
-/// The same for an example. `cargo test` builds those of other packages only with `--workspace`.
+/// Returns a command that starts an example as [`program`] starts the program. `cargo test` builds the examples of other packages only with
+/// `--workspace`.
 pub fn example(name: &str) -> Command {
     let path = Path::new(PROGRAM).with_file_name("examples").join(name).with_extension(std::env::consts::EXE_EXTENSION);
     assert!(path.exists(), "{} is not there: type `cargo build --workspace --examples`", path.display());
@@ -29,7 +30,7 @@ pub fn start(binary: &Path) -> Command {
     if runner().is_some() {
         command.arg(binary);
     }
-    // Figures that were measured on this machine are ignored: plans are those of its kind.
+    // Figures that were measured on this machine are ignored, so that plans follow from the kind of device alone.
     command.env("AFTERLIGHT_CALIBRATION", "");
     command
 }

@@ -1,5 +1,4 @@
-//! Scenes that between them have one of each thing that a frame has code for. Their looks are of no interest: they are drawn for the messages of
-//! layers.
+//! Scenes that together use each thing that a frame has code for. They are drawn for the messages of layers, not for their looks.
 
 use afterlight::frame::{Error, Renderer};
 use afterlight::scene::builtin::shapes;
@@ -98,7 +97,7 @@ pub fn one_of_each() -> Scene {
     scene
 }
 
-/// The same without emission, so that there is no HDR target.
+/// Returns [`one_of_each`] without emission, so that the frame has no HDR target.
 pub fn nothing_emits() -> Scene {
     let mut scene = one_of_each();
     for material in &mut scene.materials {
@@ -107,7 +106,7 @@ pub fn nothing_emits() -> Scene {
     scene
 }
 
-/// The same with a glowing sheet that blends, a glass ball in a mirror, and textured gauze, which overlap.
+/// Adds a glowing blended sheet, a mirrored glass ball and textured gauze to a scene; they overlap.
 pub fn with_transparent(mut scene: Scene) -> Scene {
     scene.name += " behind glass";
     let transparent = |alpha_mode| Material { alpha_mode, alpha: 0.4, two_sided: true, ..Material::default() };

@@ -73,7 +73,7 @@ pub fn lambert(albedo: f32) -> Material {
     Material { name: "lambert".into(), brdf: Brdf::Lambert, base_color: Vec3::splat(albedo), ..Material::default() }
 }
 
-/// Adds a mesh with a material of its own.
+/// Adds an object with its own mesh and material.
 pub fn add(scene: &mut Scene, mesh: MeshBuilder, material: Material, transform: DAffine3) {
     let name = format!("object {}", scene.objects.len());
     scene.materials.push(material);
@@ -147,7 +147,7 @@ pub fn srgb_code(linear: f64) -> u8 {
     srgb_code_unrounded(linear).round() as u8
 }
 
-/// The same with its fraction.
+/// Returns [`srgb_code`] before it is rounded.
 pub fn srgb_code_unrounded(linear: f64) -> f64 {
     let linear = linear.clamp(0.0, 1.0);
     let encoded = if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };

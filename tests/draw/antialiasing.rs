@@ -11,7 +11,7 @@ use afterlight::scene::{
 };
 use glam::{DAffine3, DVec3, Vec3};
 
-/// Radiance of the half-plane in nits; that of the background is `DARK`.
+/// Radiance of the half-plane in nits; the background's radiance is `DARK`.
 pub(crate) const BRIGHT: f64 = 0.75;
 pub(crate) const DARK: f64 = 0.125;
 
@@ -116,7 +116,7 @@ fn each_frame_sees_what_lies_at_its_offset() {
     });
 }
 
-/// Pixels of a wave on the plane, and texels of a pixel: levels of the texture are those of a power of two.
+/// Pixels of a wave on the plane, and texels of a pixel. `TEXELS` is a power of two, as the texture's levels are.
 const WAVE: f64 = 4.0;
 const TEXELS: f64 = 8.0;
 
@@ -177,7 +177,7 @@ fn a_texture_is_blurred_by_the_pixel_once_however_many_samples_it_has() {
                 (found - expected).abs() < 0.015,
                 "{samples} samples, {anisotropy} places: {found}, not {expected}"
             );
-            // Nothing but the pixel is left where there are many.
+            // Only the blur of the pixel itself is left if the samples are many.
             assert!(samples < 64 || (found - sinc(1.0 / WAVE)).abs() < 0.02, "{samples}, {anisotropy}: {found}");
         }
     });
@@ -290,7 +290,7 @@ fn fxaa_of_a_picture_without_edges_is_that_picture() {
 #[test]
 fn the_layers_have_nothing_to_say_about_any_of_it() {
     on_gpu_in_both_modes(|gpu| {
-        // Without emissive surfaces, and with them.
+        // Scenes without emissive surfaces, and with them.
         let scenes = ["builtin:spheres?rows=2&columns=2", "builtin:cornell"].map(open);
         let glass = scenes.clone().map(|mut scene| {
             (scene.materials[0].alpha, scene.materials[0].alpha_mode) = (0.5, AlphaMode::Blend);

@@ -29,9 +29,9 @@ fn worst(found: &[[f64; 3]], wanted: &[[f64; 3]]) -> f64 {
     pairs.map(|(found, wanted)| if found == wanted { 0.0 } else { (found / wanted - 1.0).abs() }).fold(0.0, f64::max)
 }
 
-/// All terms are positive, so that relative errors of sums are at most those of their terms, and one for each addition. A level takes 36 products
-/// of two weights down and 9 up. Each weight is a sum of at most three products of differences and quotients: 12 roundings; two weights, their
-/// product, that with the light and 11 additions: 40 in all, down and up alike, and 3 to mix. Ten levels: 830 roundings of 2^-24.
+/// All terms are positive, so the relative error of a sum is at most its terms' relative error plus one rounding per addition. A level takes 36
+/// products of two weights down and 9 up. Each weight is a sum of at most three products of differences and quotients: 12 roundings. Two weights,
+/// their product, its product with the light and 11 additions: 40 in all, down and up alike, and 3 to mix. Ten levels: 830 roundings of 2^-24.
 const ROUNDING: f64 = 830.0 / 16_777_216.0;
 /// Half floats: the light is stored once, and a driver may truncate.
 const HALF: f64 = 1.0 / 1024.0;
@@ -91,7 +91,7 @@ fn frames_that_are_averaged_and_light_that_is_measured_have_it_too() {
     });
 }
 
-/// A square of so many pixels that glows in the dark, with its upper left corner at a place of the picture.
+/// A glowing square in the dark, `edge` pixels wide, with its upper left corner at a place of the picture.
 fn square([width, height]: [u32; 2], [x, y]: [f64; 2], edge: f64) -> Scene {
     let mut scene = stage();
     let [width, height] = [width, height].map(f64::from);
@@ -155,7 +155,7 @@ fn a_small_light_that_moves_does_not_flicker() {
             let flicker = (apart / all).sqrt();
             println!("steps of {step}: variance of the light {variance:e}, {flicker:.4} from a convolution");
             assert!(variance < ROUNDING.powi(2), "{step}: {variance}");
-            // A level of six taps aliases so much of a dot (`a_bright_pixel_that_moves_...` of the reference): a square has less.
+            // A level of six taps aliases a dot by this much (`a_bright_pixel_that_moves_...` of the reference); it aliases a square less.
             assert!(flicker < 0.0523, "{step}: {flicker}");
         }
     });

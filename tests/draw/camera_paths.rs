@@ -1,4 +1,4 @@
-//! `render --path` and `bench --path`: each picture is that of its moment's camera, and a path that cannot be drawn is refused before its first
+//! `render --path` and `bench --path`: each picture is drawn from its moment's camera, and a path that cannot be drawn is refused before its first
 //! picture.
 
 use std::fs;
@@ -105,7 +105,7 @@ fn a_benchmark_tells_each_moment_and_the_slowest() {
         let walls: Vec<f64> = moments.iter().map(|moment| moment["wall_ms"].as_f64().expect("a time")).collect();
         let longest = walls.iter().copied().fold(0.0, f64::max);
         assert_eq!(run["wall_ms"]["max"].as_f64(), Some(longest));
-        // A column whose text is that of the first one stays empty, so the row has each text at least once.
+        // A column whose text equals the first column's stays empty, so the row has each text at least once.
         let told = moments.iter().filter(|moment| moment["wall_ms"].as_f64() == Some(longest)).any(|moment| {
             let at = moment["at_s"].as_f64().expect("a time");
             slowest.contains(&format!(" at {at:.2} s, with {} triangles", moment["triangles"]))

@@ -1,13 +1,14 @@
 //! Frames by render passes with subpasses, by rendering with local read, and stored; by either API of synchronization; in optimal and unified layouts: the same
 //! bytes, and silent layers.
 
-use afterlight::frame::{Renderer, experiment, plan_for, plan_with, rows};
+use afterlight::frame::{Renderer, plan_for, plan_with, rows};
 use afterlight::gpu::{Device, Support, vk};
 use afterlight::plan::{Capabilities, Variation, samples, variations};
 use afterlight::scene::{
     AmbientOcclusion, Culling, Fog, GbufferPreset, ImageLayouts, LightPath, Passes, Reflections, Resolve, Scene,
     Settings, SyncApi, Transparency,
 };
+use afterlight_lab::mutants::experiment;
 
 use crate::common::compare::assert_identical;
 use crate::common::gpu::{Gpu, on_gpu};

@@ -1,4 +1,4 @@
-//! Scenes that change while they are drawn: after each change a frame is, bit for bit, that of a renderer made for the scene as it is then.
+//! Scenes that change while they are drawn: after each change a frame equals, bit for bit, the frame of a renderer made for the changed scene.
 
 use afterlight::frame::{Changed, Renderer};
 use afterlight::scene::builtin::shapes;
@@ -75,7 +75,7 @@ fn picture(renderer: &mut Renderer, scene: &Scene, time: f64) -> afterlight::fra
 fn follows(gpu: &Gpu, settings: &Settings, seed: u64, changes: u32) {
     let mut random = fastrand::Rng::with_seed(seed);
     let mut scene = moving(DVec3::ZERO);
-    // It stays where it is put.
+    // No clip moves this object, so a changed transform stays.
     add(&mut scene, shapes::sphere(0.15, 12), lambert(0.6), DAffine3::from_translation(DVec3::Z * 0.3));
     let mut renderer = gpu.renderer(&scene, settings);
     for step in 0..changes {
@@ -116,9 +116,9 @@ fn nudge(renderer: &mut Renderer, scene: &mut Scene, random: &mut fastrand::Rng)
     done.unwrap_or_else(|error| panic!("{error}"));
 }
 
-/// Objects come, go, move and mirror themselves, lights change, clips play and the camera moves, frame after frame without a wait. The layer has
-/// nothing to say, and every fiftieth picture is that of a new renderer. Shadow maps are scaled by the scene as the renderer first had it, so a
-/// renderer with such maps is told of the whole scene before a comparison.
+/// Objects come, go, move and mirror themselves, lights change, clips play and the camera moves, frame after frame without a wait. The layer stays
+/// silent, and every fiftieth picture equals a new renderer's. Shadow maps are scaled by the scene that the renderer had first, so a renderer with
+/// shadow maps is given the whole scene before a comparison.
 fn wanders(gpu: &Gpu, settings: &Settings, seed: u64, frames: u32) {
     let mut random = fastrand::Rng::with_seed(seed);
     let mut scene = moving(DVec3::ZERO);

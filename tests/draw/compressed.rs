@@ -25,7 +25,7 @@ fn noise(format: BlockFormat, color_space: ColorSpace, sampler: Sampler) -> Text
     Texture { name: format!("{format}"), size: SIZE, color_space, sampler, texels: Texels::Blocks { format, levels } }
 }
 
-/// The plane under a texture that lies on it so many times.
+/// The plane with a texture that repeats `times` times across it.
 fn papered(texture: Texture, times: f32) -> Scene {
     let mut scene = plane(Material { base_color_texture: Some(0), ..lambert(1.0) }, vec![]);
     scene.meshes[0].uvs.iter_mut().flatten().for_each(|uv| *uv *= times);

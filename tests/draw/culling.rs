@@ -88,12 +88,12 @@ fn cameras() -> [Camera; 4] {
     ]
 }
 
-/// The same, in parallel rays that show so much from top to bottom.
+/// Returns [`cameras`] with parallel rays that show `height` metres from top to bottom.
 fn parallel_cameras(height: f64) -> [Camera; 4] {
     cameras().map(|camera| Camera { projection: Projection::orthographic(height), ..camera })
 }
 
-/// Draws each view with the part and without it, and returns what the frames drew: lean first.
+/// Draws each view with the part and without it, and returns the draw counts of both frames, lean first.
 fn both(gpu: &Gpu, scene: &Scene, settings: &Settings, part: OptionalPart, cameras: &[Camera]) -> Vec<[DrawCounts; 2]> {
     let mut lean = gpu.renderer(scene, settings);
     let mut full = gpu.renderer(scene, &keeping(part, settings));
@@ -159,7 +159,7 @@ fn lights_that_reach_nothing_are_not_missed_on_any_light_path() {
     });
 }
 
-/// The street with shadows of every kind: the sun's, and those of lamps of either sort among the blocks. One tile of the floor receives none.
+/// The street with shadows of every kind: from the sun, and from lamps of either kind among the blocks. One tile of the floor receives none.
 fn shadowed_street() -> Scene {
     let mut scene = street();
     scene.name = "shadowed street".into();

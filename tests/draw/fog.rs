@@ -29,7 +29,7 @@ fn ray(camera: &Camera, [width, height]: [u32; 2], pixel: usize) -> (DVec3, DVec
     }
 }
 
-/// Returns the picture with fog as it should be, from the picture without and the distances of surfaces along the view, 0 where there is none.
+/// Returns the expected picture with fog, from the picture without fog and the distances of surfaces along the view (0 without a surface).
 fn fogged(scene: &Scene, settings: &Settings, clear: &[DVec3], depths: &[DVec3]) -> Vec<DVec3> {
     let fog = Medium::of(settings).expect("fog");
     let sky = scene.sky.as_ref().filter(|sky| sky.lights && settings.sky_light);
@@ -132,7 +132,8 @@ fn fog_before_nothing_but_the_background_is_lit_as_well() {
     });
 }
 
-/// Returns the error against rays, relative to the brightest channel, that so many of 100 pixels do not exceed. Edges may fall to either side.
+/// Returns the error against rays, relative to the brightest channel, that `percent` of 100 pixels do not exceed. Pixels on edges may fall to either
+/// side.
 fn against_rays(gpu: &Gpu, scene: &Scene, settings: &Settings, percent: usize) -> f64 {
     let reference = Reference::new(scene).expect("a scene").with_settings(settings, &scene.camera);
     let options = TruthOptions { mode: Mode::Point, smith: Smith::default() };
@@ -275,7 +276,7 @@ fn white_fog_in_an_even_world_is_not_seen() {
     });
 }
 
-/// At an edge a pixel has the fog of each of its samples.
+/// A pixel on an edge has the fog of each of its samples.
 #[test]
 fn samples_of_a_pixel_are_fogged_one_by_one() {
     on_gpu(|gpu| {

@@ -389,7 +389,7 @@ fn the_overdraw_view_counts_layers() {
             let right = |(x, y)| (nits(&picture, x, y) - expected).abs().max_element() < 1e-5;
             assert!(places(&picture).all(right), "{layers}: {} for {expected}", nits(&picture, 0, 0));
         }
-        // Objects of their own are drawn from the front: hidden walls cost nothing.
+        // Separate objects are drawn front to back, so hidden walls cost nothing.
         let mut scene = open("builtin:field?objects=0&lights=0&overdraw=1");
         let wall = scene.objects.remove(0);
         scene.objects = (0..6)

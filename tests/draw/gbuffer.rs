@@ -1,7 +1,7 @@
-//! The same picture from every G-buffer, within bounds that follow from the formats.
+//! Pictures from every G-buffer agree within bounds that follow from the formats.
 //!
-//! The picture is linear and one triangle: its place and its shading normal are known at every pixel, so that a bound is worked out for each pixel
-//! and each light, from `common::truth` and how far the light model can move when its input moves by a format's rounding.
+//! The picture is linear and shows one triangle, whose position and shading normal are known at every pixel. Each pixel and each light gets its own
+//! bound, from `common::truth` and from how far the light model can move when its input moves by a format's rounding.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -32,11 +32,11 @@ struct Rounding {
     albedo: f64,
     /// Radians.
     normal: f64,
-    /// Of the distance to the camera.
+    /// Relative to the distance to the camera.
     position: f64,
     /// Absolute, for metallic and roughness.
     material: f64,
-    /// The same, relative.
+    /// Relative, for metallic and roughness.
     material_relative: f64,
 }
 
@@ -53,7 +53,7 @@ impl Rounding {
             // Half a step of 1/32767 in each of two coordinates: FRAC_1_SQRT_2 / 32767. The map back to the octahedron stretches that by
             // sqrt(3) at most ((1, 1) becomes (1, 1, -2)), and projecting to the sphere by sqrt(3) in the middle of a face: 0.0037 degrees.
             (NormalEncoding::Octahedral, _) => 3.0 * FRAC_1_SQRT_2 / 32767.0,
-            // The same of 1/127: 0.96 degrees.
+            // Half a step of 1/127 by the same derivation: 0.96 degrees.
             (NormalEncoding::Octahedral8, _) => 3.0 * FRAC_1_SQRT_2 / 127.0,
             // Half a step of 2/255 in each of three coordinates: 0.39 degrees.
             (NormalEncoding::HalfEncoded, vk::Format::R8G8B8A8_UNORM) => 3f64.sqrt() / 255.0,
@@ -137,7 +137,7 @@ fn cook_torrance_change(material: &Material, place: &Place, rounding: &Rounding)
     let schlick = (1.0 - v_dot_h).powi(5);
     let f0 = DVec3::splat(0.04).lerp(material.base_color.as_dvec3(), f64::from(material.metallic));
     let fresnel = turn_schlick / f0.min_element() + turn_schlick / (1.0 - schlick);
-    // N.L, in the base as in V N.L, and the light's strength are those of lambert.
+    // Lambert's bound covers N.L, in the base as in V N.L, and the light's strength.
     lambert_change(place, rounding) + distribution + visibility + fresnel + material_change(material, rounding)
 }
 
@@ -145,8 +145,8 @@ fn cook_torrance_change(material: &Material, place: &Place, rounding: &Rounding)
 fn material_change(material: &Material, rounding: &Rounding) -> f64 {
     let (metallic, roughness) = (f64::from(material.metallic), f64::from(material.roughness));
     let step = |value: f64| rounding.material + rounding.material_relative * value;
-    // alpha = roughness^2. D's slope in ln alpha is 2 - 4 cos^2 alpha^2 / (cos^2 alpha^2 + sin^2), from -2 at the peak to 2 beside it;
-    // V's is from -1 to 0, as that of S = sqrt(x^2 (1 - alpha^2) + alpha^2) is from 0 to 1.
+    // alpha = roughness^2. The slope of D in ln alpha is 2 - 4 cos^2 alpha^2 / (cos^2 alpha^2 + sin^2), from -2 at the peak to 2 beside it. The slope
+    // of V is from -1 to 0, since the slope of S = sqrt(x^2 (1 - alpha^2) + alpha^2) is from 0 to 1.
     let alpha = ((1.0 + step(roughness) / roughness).powi(2) - 1.0) * 3.0;
     // F0 = 0.04 + metallic (albedo - 0.04): relative to F0 in the lobe, to 1 - F0 in the base, which has 1 - metallic besides.
     let albedo = material.base_color.as_dvec3();

@@ -17,14 +17,14 @@ use afterlight::scene::{
 
 const SIZE: (u32, u32) = (256, 144);
 
-/// Draws and compares; goes on after a difference, so that one run tells them all.
+/// Draws and compares; goes on after a difference, so that one run reports them all.
 struct Album<'a> {
     gpu: &'a Gpu,
     wrong: Vec<String>,
 }
 
 impl Album<'_> {
-    /// The same of a picture of several frames that follow each other until this time.
+    /// Draws and compares a picture of several consecutive frames that end at this time.
     fn over_time(&mut self, name: &str, scene: &Scene, settings: &Settings, time: f64) {
         let mut renderer: Renderer = self.gpu.renderer(scene, settings);
         let show = |renderer: &mut Renderer, seconds: f64| {

@@ -1,9 +1,10 @@
 //! Pictures of hazards that are simulated: each shows its own fault where the reader looks, and nothing else is changed; layers stay silent.
 
-use afterlight::frame::{HazardPicture, Picture, Renderer, Simulation, plan_for, rows};
+use afterlight::frame::{HazardPicture, Picture, Renderer, plan_for, rows};
 use afterlight::scene::{
     AmbientOcclusion, Culling, Fog, LightPath, Passes, Reflections, Scene, Settings, SyncApi, Transparency,
 };
+use afterlight_proof::simulation::simulation;
 
 use crate::common::compare::assert_identical;
 use crate::common::gpu::{Gpu, bytes, on_gpu_in_both_modes};
@@ -23,7 +24,7 @@ fn drawn(renderer: &mut Renderer, scene: &Scene) -> Picture {
 
 fn simulated(renderer: &mut Renderer, scene: &Scene, row: &str, how: HazardPicture) -> Picture {
     let name = rows::table(renderer.plan()).named(row, |_| true).unwrap_or_else(|error| panic!("{error}")).name;
-    let simulation = Simulation::of(renderer.plan(), name, how).unwrap_or_else(|error| panic!("{row}, {how}: {error}"));
+    let simulation = simulation(renderer.plan(), name, how).unwrap_or_else(|error| panic!("{row}, {how}: {error}"));
     renderer.simulate(Some(simulation)).unwrap_or_else(|error| panic!("{error}"));
     drawn(renderer, scene)
 }
@@ -94,7 +95,7 @@ fn the_halls_main_rows_show_stale_torn_and_cleared_content_and_frames_are_whole_
     });
 }
 
-/// The same walk draws all of these.
+/// The walk of `src/frame/walk.rs` records all of these frames, too.
 #[test]
 fn other_ways_to_carry_and_to_light_a_frame_show_hazards_as_well() {
     on_gpu_in_both_modes(|gpu| {
@@ -124,7 +125,7 @@ fn other_ways_to_carry_and_to_light_a_frame_show_hazards_as_well() {
     });
 }
 
-/// Where a frame is averaged with those before, none of the simulated ones stays in the mean.
+/// TAA's average begins anew after a simulation, so no simulated frame stays in the mean.
 #[test]
 fn averages_over_time_begin_anew() {
     on_gpu_in_both_modes(|gpu| {
@@ -172,7 +173,7 @@ fn every_picture_that_is_offered_is_drawn_without_a_message() {
             let right = drawn(&mut renderer, scene);
             let names: Vec<_> = rows::table(renderer.plan()).iter().map(|row| row.name).collect();
             for (name, how) in names.iter().flat_map(|&name| ALL.map(|how| (name, how))) {
-                let Ok(simulation) = Simulation::of(renderer.plan(), name, how) else { continue };
+                let Ok(simulation) = simulation(renderer.plan(), name, how) else { continue };
                 renderer.simulate(Some(simulation)).unwrap_or_else(|error| panic!("{error}"));
                 drawn(&mut renderer, scene);
                 drawn_pictures += 1;

@@ -24,7 +24,7 @@ const PATHS: [LightPath; 6] = [
 /// As in `pixels.rs`: single precision through a handful of operations.
 const SINGLE: f64 = 1e-5;
 
-/// Without a highlight, so that its light is lambert's alone.
+/// A leaf without a highlight, so that its light is lambert's alone.
 fn leaf(strength: f32) -> Material {
     Material {
         base_color: Vec3::new(0.2, 0.6, 0.4),
@@ -127,7 +127,7 @@ fn each_kind_of_light_comes_through_as_its_mirror_image_is_reflected() {
     });
 }
 
-/// The same kind of light on the other side of the plane z = 0.
+/// Mirrors a light at the plane z = 0.
 fn mirror(kind: &afterlight::scene::LightKind) -> afterlight::scene::LightKind {
     use afterlight::scene::LightKind::{Beam, Directional, Point, Spot};
     let mut own = *kind;

@@ -23,7 +23,7 @@ fn left_of(line: f64) -> f64 {
     0.5 + (line.asin() + line * (1.0 - line * line).sqrt()) / PI
 }
 
-/// Returns the share of a pixel that lies on the bright side of an upright edge in the picture's middle that is blurred to a disc of so many pixels.
+/// Returns the share of a pixel on the bright side of a vertical edge in the picture's middle that is blurred to a disc of this radius in pixels.
 fn blurred(x: u32, radius: f64) -> f64 {
     const PARTS: u32 = 64;
     let covered = |part: u32| {

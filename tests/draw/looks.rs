@@ -1,4 +1,4 @@
-//! Looks of objects that change between frames: a frame is, bit for bit, that of a renderer made for the scene as it is then.
+//! Looks of objects that change between frames: a frame equals, bit for bit, the frame of a renderer made for the changed scene.
 
 use afterlight::frame::{Picture, Renderer};
 use afterlight::scene::{

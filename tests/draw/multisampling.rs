@@ -95,7 +95,7 @@ fn an_edge_that_is_lit_as_it_is_drawn_is_lit_where_the_surface_is() {
         let degrees = 17.0;
         let mut scene = edge(degrees);
         let (sin, cos) = degrees.to_radians().sin_cos();
-        // The lamp is so near that its light changes much within a pixel, away from the edge.
+        // The lamp is so near that its light varies strongly within a pixel, away from the edge.
         let lamp = DVec3::new(0.08 * cos, 0.08 * sin, 0.04);
         scene.lights = vec![point(lamp, 0.01, None, Falloff::InverseSquare)];
         let ways = multisampled(&scene, &exact(EDGE, EDGE));
@@ -161,7 +161,7 @@ fn each_sample_of_an_edge_is_lit_at_its_own_place() {
     on_gpu(|gpu| {
         let degrees = 17.0;
         let mut scene = edge(degrees);
-        // The lamp is so near that its light changes much within a pixel.
+        // The lamp is so near that its light varies strongly within a pixel.
         scene.lights = vec![point(DVec3::new(0.02, 0.03, 0.04), 0.01, None, Falloff::InverseSquare)];
         let (sin, cos) = degrees.to_radians().sin_cos();
         // Rebuilt from depth: a position target has one place for all samples that a triangle covers, and not where they are. The albedo
@@ -207,7 +207,7 @@ fn samples_are_resolved_as_light_or_as_shown() {
         let glowing = scene;
         let mut lit = lit;
         lit.lights[0].intensity *= (4.0 / BRIGHT) as f32;
-        // Over a quarter of white, as bright as that.
+        // A pane over a quarter of white that shows the same brightness.
         let mut pane = lit.clone();
         pane.materials[0] = Material { alpha: 0.5, alpha_mode: AlphaMode::Blend, ..lambert(0.5) };
         pane.lights[0].intensity *= (4.0 - 0.5 * 0.25) / (0.5 * 4.0);
@@ -292,7 +292,7 @@ fn what_lies_inside_a_surface_is_the_same_with_one_sample_as_with_four() {
                 }
             }
             for layout in ["lean", "fat", "float32"] {
-                // With a G-buffer in either case: so plain a surface is else lit as it is drawn, where it has one sample.
+                // Both cases use a G-buffer. Otherwise a surface this plain would be lit as it is drawn in the case of one sample.
                 let light_path = LightPath::Loop;
                 let settings = Settings { gbuffer: gbuffer(layout), light_path, anisotropy: 1, ..display(EDGE, EDGE) };
                 let one = gpu.draw(scene, &settings);

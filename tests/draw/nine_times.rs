@@ -41,7 +41,7 @@ struct Lens {
 }
 
 impl Lens {
-    /// In pixels from the upper left, and metres along the view.
+    /// Projects a point to pixels from the upper left, and metres along the view.
     fn project(&self, point: DVec3) -> (DVec2, f64) {
         let own = self.camera.rotation.inverse() * point;
         let [width, height] = SIZE.map(f64::from);
@@ -49,7 +49,7 @@ impl Lens {
         (DVec2::new(width * 0.5 + scale * own.x / -own.z, height * 0.5 - scale * own.y / -own.z), -own.z)
     }
 
-    /// Through the middle of a pixel, a metre along the view.
+    /// Returns the ray through the middle of a pixel, a metre long along the view.
     fn ray(&self, x: u32, y: u32) -> DVec3 {
         let [width, height] = SIZE.map(f64::from);
         let scale = self.camera.half_height() / (height * 0.5);

@@ -51,9 +51,9 @@ fn exposed_light_is_nits_times_the_exposure_where_nothing_keeps_it_in_between() 
     });
 }
 
-/// Returns true if a float can be one of so many bits of mantissa with five bits of exponent.
+/// Returns true if a format with `mantissa` bits of mantissa and five bits of exponent can hold the float.
 fn is_of_few_bits(value: f32, mantissa: u32) -> bool {
-    // Below 2^-14 numbers lie as far apart as those above.
+    // Subnormal numbers, below 2^-14, have the same spacing as the smallest normal ones.
     let step = 2f32.powi(value.log2().floor().max(-14.0) as i32 - mantissa as i32);
     value == 0.0 || (value / step).fract() == 0.0
 }

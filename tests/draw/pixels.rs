@@ -18,8 +18,8 @@ use glam::{DAffine3, DQuat, DVec3, Vec3};
 /// Single precision through a handful of operations, each good to 1.2e-7 and up to 3 units in the last place in a shader.
 const SINGLE: f64 = 1e-5;
 
-/// The same through a specular lobe: an error of 1e-6 in a direction becomes 2e-6 / alpha in GGX (alpha >= 0.09 here), and
-/// exp2, log2 and pow of a shader may err by 3 + 2 |x| units each, of which a power of 60 makes 60 times as much.
+/// Single precision through a specular lobe: an error of 1e-6 in a direction becomes 2e-6 / alpha in GGX (alpha >= 0.09 here), and a shader's exp2,
+/// log2 and pow may err by 3 + 2 |x| units each, which a power of 60 multiplies by 60.
 const SINGLE_LOBE: f64 = 1e-4;
 
 /// Holds every pixel of a picture of the plane z = 0 against the light model in f64. `bound` is relative to the pixel and, where light
@@ -64,7 +64,7 @@ fn a_lambert_plane_reflects_illuminance_times_cosine_times_albedo_over_pi() {
 #[test]
 fn a_lambert_plane_has_the_srgb_code_of_its_radiance() {
     on_gpu(|gpu| {
-        // None lies within a tenth of a code of the limit between two: drivers may round by tables.
+        // No expected value lies within a tenth of a code of the limit between two codes, since drivers may round by tables.
         for (degrees, albedo) in [(0.0, 1.0f32), (0.0, 0.48), (60.0, 0.5), (75.0, 0.25), (0.0, 0.0), (45.0, 0.025)] {
             let spec = format!("builtin:quad?albedo={albedo}&angle={degrees}");
             let scene = open(&spec);
@@ -176,7 +176,7 @@ fn a_metal_shows_what_its_mirrored_ray_goes_to() {
 fn a_point_light_falls_off_with_the_square_of_the_distance() {
     let at = DVec3::new(0.25, 0.5, 0.75);
     assert_plane_is_the_formula(lambert(0.8), vec![point(at, 50.0, None, Falloff::InverseSquare)], SINGLE);
-    // At the axis, by hand: 8 cd two metres away are 2 lux.
+    // The light on the axis, by hand: 8 cd two metres away are 2 lux.
     on_gpu(|gpu| {
         let above = point(DVec3::new(0.0, 0.0, 2.0), 8.0, None, Falloff::InverseSquare);
         let found = nits(&gpu.draw(&plane(lambert(1.0), vec![above]), &exact(EDGE, EDGE)), EDGE / 2, EDGE / 2);

@@ -40,7 +40,7 @@ const WALLS: [([f64; 2], Vec3); 3] = [
     ([-0.4, 0.4], Vec3::new(0.0, 2.0, 0.0)),
     ([0.6, 1.6], Vec3::new(0.0, 0.5, 4.0)),
 ];
-/// Their distance behind the origin, and their height.
+/// The walls' distance behind the origin, and their height.
 const BEHIND: f64 = 1.0;
 const HEIGHT: f64 = 0.6;
 
@@ -120,7 +120,7 @@ fn a_mirror_shows_blocks_where_plane_geometry_says() {
     });
 }
 
-/// The same where rays are parallel: all leave the floor alike.
+/// Returns the mirrored light at a pixel under parallel rays, which all leave the floor in one direction.
 fn on_flat_floor(camera: &Camera, [x, y]: [u32; 2], size: [u32; 2]) -> Option<DVec3> {
     let [width, height] = size.map(f64::from);
     let half = camera.half_height();

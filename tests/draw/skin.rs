@@ -1,4 +1,4 @@
-//! Deformed meshes: those that SKIN writes on the device against the f64 mesh of the same moment, drawn as a plain one.
+//! Deformed meshes: SKIN's result on the device against the f64 mesh of the same moment, drawn as a plain mesh.
 
 use afterlight::frame::Picture;
 use afterlight::scene::{
@@ -43,7 +43,7 @@ fn a_deformed_mesh_is_the_f64_mesh_of_its_moment() {
             if let Local::Parts(own) = &mut scene.motion.nodes[0].local {
                 own.scale.x = mirror;
             }
-            // Maps are fitted to boxes, and those of deformed meshes are wider than their vertices need.
+            // Shadow maps are fitted to bounding boxes, and a deformed mesh has a wider box than its vertices need.
             scene.lights.iter_mut().for_each(|light| light.casts_shadow = false);
             scene.check().unwrap_or_else(|error| panic!("{error}"));
             for step in 0..=8 {

@@ -148,7 +148,7 @@ fn every_light_path_shows_the_strokes_of_the_truth() {
                 let picture = gpu.draw(&scene, &Settings { light_path, ..exact(size[0], size[1]) });
                 let [off, strokes] = share_off(&scene, &picture, size);
                 println!("{name}: {:.2}% off, {:.1}% strokes", 100.0 * off, 100.0 * strokes);
-                // The long edges of strokes are seen from either side, as those of triangles are.
+                // Pixels on a stroke's long edges may fall to either side, as on a triangle's edges.
                 assert!(strokes > 0.1 && off < 0.01 * strokes, "{name}: {off} of {strokes}");
             }
         }
@@ -204,7 +204,7 @@ fn extreme_strokes_are_finite_and_leave_the_others_as_they_are() {
 fn a_line_is_drawn_through_the_plane_of_the_camera_where_the_truth_has_it() {
     on_gpu(|gpu| {
         for steps in 0..8 {
-            // Its far end is ahead, its near end beside, behind or far behind the camera.
+            // The stroke's far end is ahead, its near end beside, behind or far behind the camera.
             let behind = DVec3::new(0.4, -0.3, 2.0 + f64::from(steps * steps) * 100.0);
             let mut scene = stage();
             add_strokes(&mut scene, &[[middle(20, 10), behind]], unlit(Vec3::ONE));

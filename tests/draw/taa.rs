@@ -1,5 +1,5 @@
-//! Frames that are averaged over time: still ones come to the mean that `samples` have, vectors point to where surfaces were in f64, surfaces that
-//! come into view are not mixed with those that hid them, and nothing is left after a cut.
+//! Frames that are averaged over time: still frames converge to the mean of `samples`, motion vectors point to earlier positions that are computed in
+//! f64, surfaces that come into view are not mixed with the surfaces that hid them, and nothing is left after a cut.
 
 use afterlight::frame::{Changed, Error, FRAMES_A_SECOND, JitterSequence, Renderer};
 use afterlight::scene::builtin::shapes;
@@ -80,7 +80,7 @@ fn ray(camera: &Camera, size: [u32; 2], pixel: DVec2) -> DVec3 {
     camera.forward() + camera.right() * (x * half * width / height) - camera.up() * (y * half)
 }
 
-/// Corners in the world of all opaque triangles, and true for those that move by themselves.
+/// Returns the world-space corners of all opaque triangles, and true for triangles that move by themselves.
 fn triangles(scene: &Scene, still: &Scene) -> Vec<([DVec3; 3], bool)> {
     let mut all = Vec::new();
     for (object, posed) in scene.objects.iter().zip(&still.objects) {
@@ -159,7 +159,7 @@ fn vectors_are_from_where_surfaces_were() {
     });
 }
 
-/// A scene with one object on a node, which a clip moves along X by so many metres a second.
+/// Puts one object of a scene on a node that a clip moves along X at `speed` metres a second.
 fn carried(mut scene: Scene, object: usize, speed: f64) -> Scene {
     let node =
         Node { name: "carrier".into(), parent: None, local: Local::Parts(Placement::default()), weights: Vec::new() };
@@ -202,7 +202,7 @@ fn plate() -> Scene {
     carried(scene, 1, 3.5)
 }
 
-/// Ghosts: the mean share of the plate's light, less the ground's, that is left where the plate has gone so many frames ago.
+/// Ghosts: the mean share of the plate's light, less the ground's, that is left in pixels which the plate uncovered 0 to 5 frames ago.
 #[test]
 fn ghosts_are_gone_three_frames_after_what_hid_the_ground() {
     on_gpu(|gpu| {

@@ -67,7 +67,8 @@ fn seen_at(x: u32, y: u32, z: f64) -> DVec3 {
     EYE.lerp(seen([EDGE, EDGE], x, y), (EYE.z - z) / EYE.z)
 }
 
-/// The layers of a pixel from the nearest: colour, alpha, distance to the eye. None where a pane's edge is too near to say.
+/// Returns the layers of a pixel from the nearest: colour, alpha, distance to the eye. Returns `None` if the pixel is too near to a pane's edge to
+/// decide.
 fn layers(panes: &[Pane], lights: &[Light], x: u32, y: u32) -> Option<Vec<(DVec3, f64, f64)>> {
     let mut found = Vec::new();
     for pane in panes {
@@ -156,7 +157,7 @@ fn crossing() -> Scene {
     scene
 }
 
-/// One of the crossing panes, in so many strips side by side.
+/// Adds one of the crossing panes as `count` strips side by side.
 fn strips(mesh: &mut MeshBuilder, slope: f64, count: u32, uvs: [DVec2; 4]) {
     for strip in 0..count {
         let [left, right] = [strip, strip + 1].map(|edge| f64::from(edge) / f64::from(count) * 1.2 - 0.6);
@@ -220,13 +221,13 @@ fn panes_that_cross_are_right_on_one_side_if_sorted_and_near_on_both_if_weighted
     });
 }
 
-/// In one mesh, triangles are sorted each by itself: only those that cross others are wrong.
+/// Triangles of one mesh are sorted individually, so only triangles that cross others are wrong.
 #[test]
 fn triangles_of_one_mesh_are_sorted() {
     on_gpu(|gpu| {
         let mut scene = plane(lambert(0.5), vec![directional(DVec3::Z, LUX)]);
         let parts = crossing();
-        // Both panes as one object, each with the colour of its own texel.
+        // Both panes are one object, and each takes its colour from its own texel.
         let mut merged = MeshBuilder::new();
         for (slope, u) in [(SLOPE, 0.25), (-SLOPE, 0.75)] {
             strips(&mut merged, slope, 24, [DVec2::new(u, 0.5); 4]);
@@ -346,7 +347,7 @@ fn glass_keeps_its_highlights_and_a_blended_surface_does_not() {
             for (x, y) in places(&picture) {
                 let place = seen([EDGE, EDGE], x, y);
                 let whole = radiance(&glass, &lamp, place, DVec3::Z, EYE);
-                // Without albedo only the lobe is left, as nothing is metal.
+                // A black albedo leaves only the lobe, since nothing is metal.
                 let black = Material { base_color: Vec3::ZERO, ..glass.clone() };
                 let lobe = radiance(&black, &lamp, place, DVec3::Z, EYE);
                 let own = if mode == AlphaMode::Glass { (whole - lobe) * 0.1 + lobe } else { whole * 0.1 };

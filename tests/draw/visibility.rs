@@ -1,5 +1,5 @@
-//! Surfaces that are looked up by the numbers of triangles are those of a G-buffer of 32-bit floats: each kind of surface on the light path
-//! `visibility` beside `compute`.
+//! Surfaces that are looked up by triangle number equal the surfaces of a G-buffer of 32-bit floats: each kind of surface on the light path
+//! `visibility` compared with `compute`.
 
 use afterlight::frame::Picture;
 use afterlight::plan::FramePlan;
@@ -53,7 +53,7 @@ fn pictures_are_those_of_a_gbuffer_of_single_floats() {
     });
 }
 
-/// Samples of one triangle are shaded once. `compute` shades those of several triangles of a smooth surface once, too.
+/// The samples of one triangle are shaded once. `compute` also shades samples of several triangles once if they belong to one smooth surface.
 #[test]
 #[ignore = "test-all: the comparison with rays, or with the frame that leaves nothing out, stays"]
 fn several_samples_are_as_near_to_many_frames_as_those_of_a_gbuffer() {
@@ -165,7 +165,7 @@ fn what_changes_is_looked_up_anew() {
     });
 }
 
-/// A scene on the device for a path without look-ups cannot be looked up: such a change uploads it anew.
+/// A scene that was uploaded for a path without look-ups cannot be looked up, so this change uploads it anew.
 #[test]
 #[ignore = "test-all: the comparison with rays, or with the frame that leaves nothing out, stays"]
 fn a_renderer_changes_to_the_path_and_from_it() {

@@ -1,5 +1,5 @@
-//! The library stays in its process once a loader has opened it: its counts are those of the process, also where a loader closes it after each
-//! command that is called before there is an instance.
+//! Keeps the library in its process once a loader has opened it. Its counts then cover the whole process, even if a loader closes it after each
+//! command that needs no instance.
 
 fn main() {
     if std::env::var("CARGO_CFG_TARGET_OS").is_ok_and(|system| system == "linux") {

@@ -87,7 +87,7 @@ fn a_depth_prepass_changes_no_bit() {
                 let drawn = |path, prepass| gpu.draw(&scene, &on(path, prepass, settings));
                 let (with, without) = (drawn(LightPath::Forward, Some(true)), drawn(LightPath::Forward, Some(false)));
                 assert_identical(&with, &without, &scene.name);
-                // Lists of lights keep their order, so that the sums are those of the loop.
+                // Lists of lights keep their order, so the sums equal the loop's.
                 assert_identical(&drawn(LightPath::ForwardNaive, None), &with, &scene.name);
             }
         }
@@ -108,7 +108,7 @@ fn forward_tone_maps_in_place() {
                 ..own(&scene, SIZE[0], SIZE[1])
             };
             let forward = on(LightPath::Forward, None, &settings);
-            // Emission of the hall's lamps is added before tone mapping: it has no target of its own, unlike in the deferred frame.
+            // Emission of the hall's lamps is added before tone mapping, without a separate target, unlike in the deferred frame.
             assert_eq!(plan(gpu, &scene, &forward).hdr, None);
             let expected = gpu.draw(&scene, &on(LightPath::Loop, None, &settings));
             let (most, at) = largest_code_difference(&gpu.draw(&scene, &forward), &expected);
@@ -144,7 +144,7 @@ fn what_does_not_go_together_is_refused() {
             error.contains("forward-naive has no depth pre-pass") && error.contains("--light-path forward"),
             "{error}"
         );
-        // By default forward has one, and nothing else does.
+        // By default only forward has a depth pre-pass.
         let has = |path| plan(gpu, &scene, &on(path, None, &settings)).depth_prepass;
         assert_eq!([LightPath::Forward, LightPath::ForwardNaive, LightPath::Loop].map(has), [true, false, false]);
         for path in [LightPath::Forward, LightPath::ForwardNaive] {

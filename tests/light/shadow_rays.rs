@@ -118,7 +118,7 @@ fn seen(camera: &Camera, x: u32, y: u32) -> Option<(DVec3, DVec3)> {
 struct Sample {
     place: DVec3,
     normal: DVec3,
-    /// Between the normal and the light.
+    /// Cosine of the angle between the normal and the light.
     cosine: f64,
     /// Share of the light that the picture shows.
     found: f64,
@@ -167,7 +167,7 @@ fn the_share_of_wrong_pixels_falls_with_the_size_of_the_map() {
             let shares = sizes.map(share);
             println!("{name}: {}", shares.map(|share| format!("{:.3}%", share * 100.0)).join(", "));
             for (size, share) in sizes.into_iter().zip(shares) {
-                // A border of so many texels to either side of all edges of shadows, of which the picture has a certain length.
+                // Wrong pixels lie within a few texels to either side of the shadows' edges, whose length in the picture is fixed.
                 assert!(share <= 16.0 / f64::from(size), "{name}, {size}: {share}");
             }
             // A pixel here and there that lies on an edge stays as it is.
@@ -216,10 +216,10 @@ impl Margin {
     }
 }
 
-/// No acne and no gap. The test looks at each pixel's neighbourhood on its surface: so many texels wide across the light; along it, since texels
-/// stretch on a surface that slants, so many and as many times the tangent of the light's angle; and as high over it as the offset along the normal.
-/// Where all of the neighbourhood is lit, as wide as the filter is, the light is whole, to the last bit. Where all of it is dark, wider by the
-/// biases, there is no light: so the shadow of a box begins at the box.
+/// Asserts that the picture has no acne and no gap. The test looks at each pixel's neighbourhood on its surface. Across the light this is a number of
+/// texels wide. Along the light, since texels stretch on a slanted surface, it is longer by that number times the tangent of the light's angle. It is
+/// as high as the offset along the normal. Where all of the neighbourhood, as wide as the filter, is lit, the light is whole, to the last bit. Where
+/// all of it, wider by the biases, is dark, the pixel gets no light: so the shadow of a box begins at the box.
 fn assert_right_but_near_edges(name: &str, scene: &Scene, samples: &[Sample], size: u32, margin: Margin) {
     let light = &scene.lights[0];
     let projection = match light.kind.form().shadow_projection() {
@@ -361,7 +361,7 @@ fn scaled(scene: &Scene, scale: f64) -> Scene {
         let Some(place) = light.kind.place_mut() else { continue };
         *place *= scale;
         match &mut light.kind {
-            // The same lux in a wider cylinder, and the same angle: its rays are parallel.
+            // A beam's rays are parallel, so its cylinder becomes wider while lux and angle stay.
             LightKind::Beam { radius, range, .. } => {
                 *radius *= scale;
                 range.iter_mut().for_each(|range| *range *= scale);

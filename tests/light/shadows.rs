@@ -20,8 +20,8 @@ const ALBEDO: f32 = 0.5;
 /// A map is never larger than the sphere around the scene: a floor 8 m square and a block up to 1.75 m over it.
 const MAP: u32 = 1024;
 const TEXEL: f64 = 11.5 / (MAP as f64 - 9.0);
-/// Within so many metres of a shadow's edge nothing is asserted: the filter's 2 texels, the normal offset's 1.5, and the distance that a bias of 1.5
-/// texels' slope moves the edge.
+/// The distance from a shadow's edge in metres within which nothing is asserted: the filter's 2 texels, the normal offset's 1.5, and the distance
+/// that a bias of 1.5 texels' slope moves the edge.
 const BORDER: f64 = 6.0 * TEXEL;
 
 /// A block over a floor.
@@ -149,7 +149,7 @@ fn what_the_camera_does_not_see_still_casts_its_shadow() {
         renderer.render(&scene.camera).unwrap_or_else(|error| panic!("{error}"));
         let picture = renderer.read_back().unwrap_or_else(|error| panic!("{error}"));
         let drawn = renderer.wait().unwrap_or_else(|error| panic!("{error}")).drawn;
-        // Floor and block in each map that is there: those of the slices in which the floor is seen.
+        // Floor and block are drawn into each existing map: one map for each slice in which the camera sees the floor.
         assert!(
             drawn.culled == 1 && drawn.casters > drawn.shadow_maps_drawn,
             "the block is culled, and casts: {drawn:?}"
@@ -341,7 +341,7 @@ fn a_mask_casts_its_holes_in_the_light_of_every_kind() {
                 ..lambert(1.0)
             };
             let mut scene = wall_behind_a_sheet(light, masked);
-            // Over both sides, with its hole on the left.
+            // The sheet covers both sides, with its hole on the left.
             scene.objects[1].transform = DAffine3::from_translation(DVec3::X * -1.25);
             scene.textures.push(half_a_hole());
             let (left, right) = sides(gpu, &scene, &square(ShadowSettings::default()));

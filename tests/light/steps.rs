@@ -57,7 +57,7 @@ fn room() -> Scene {
     scene
 }
 
-/// With two panes before it that cross.
+/// Returns [`room`] with two crossing panes before it.
 fn room_with_panes() -> Scene {
     let mut scene = room();
     scene.name = "room with panes".into();
@@ -85,7 +85,7 @@ fn kinds(light_path: LightPath) -> [(&'static str, Settings); 2] {
 /// An intensity at which a light adds less than half a unit in the last place of the ambient light alone.
 const NOTHING: f32 = 1e-20;
 
-/// The same frames, in which all lights but the first so many shine with next to nothing.
+/// Dims all lights but the first `lit` to next to nothing, for frames that are otherwise unchanged.
 fn dim(renderer: &mut Renderer, scene: &Scene, lit: usize) {
     for (place, number) in renderer.plan().light_numbers().to_vec().into_iter().enumerate() {
         let mut light = scene.lights[number].clone();
@@ -124,7 +124,7 @@ fn a_halted_frame_is_that_of_its_first_lights_bit_for_bit_on_every_light_path() 
     });
 }
 
-/// Against frames that were planned without the other lights. On `loop` they do the same arithmetic.
+/// Compares halted frames with frames that were planned without the other lights. Both do the same arithmetic on `loop`.
 #[test]
 fn a_halted_frame_is_that_of_a_scene_with_its_first_lights_alone() {
     on_gpu(|gpu| {
@@ -227,7 +227,7 @@ fn a_halted_frame_does_not_draw_what_it_does_not_show() {
         let none = drawn(&mut renderer, Some(0));
         assert_eq!((none.lights, none.idle_lights, none.shadow_maps, none.shadow_maps_drawn), (0, 8, 0, 0));
         let first = drawn(&mut renderer, Some(1));
-        // At most the sun's two cascades.
+        // The first light has at most the sun's two cascades.
         assert!((1..=2).contains(&first.shadow_maps) && first.shadow_maps_drawn == first.shadow_maps, "{first:?}");
         let all = drawn(&mut renderer, Some(8));
         assert!((first.lights, all.lights) == (1, 8) && all.shadow_maps > 2, "{all:?}");
@@ -294,7 +294,7 @@ fn frames_of_other_structures_are_halted_alike() {
     });
 }
 
-/// More than a uniform buffer holds, and so many that lists of froxels differ.
+/// More lights than a uniform buffer holds, and enough for the froxels' lists to differ.
 #[test]
 #[ignore = "test-all: halted frames of every light path stay"]
 fn any_part_of_many_lights_is_lit() {

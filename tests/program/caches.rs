@@ -2,8 +2,8 @@
 //! shared by eight processes. A warning at most, and the same picture to the last bit. Results on a full disk: an error, and the old file stays.
 //!
 //! Lavapipe keeps nothing in its pipeline cache. The layer of tests/failures-layer stands in for a driver that does, and that does not survive
-//! damage. Disks are truly full and folders truly read-only in a mount namespace of the test's own; where none is permitted, that part is skipped,
-//! and a limit on the size of files stands in for a full disk, for truths alone.
+//! damage. Disks are truly full and folders truly read-only in a private mount namespace. If none is permitted, that part is skipped. For truths
+//! alone, a limit on the size of files stands in for a full disk.
 
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
@@ -121,7 +121,7 @@ impl Site {
     }
 }
 
-/// The same command, started by a script of the shell with these arguments before it.
+/// Wraps the command in a shell script that gets these arguments before it.
 fn in_shell(script: &str, arguments: &[&OsStr], command: &Command) -> Command {
     let mut shell = Command::new("sh");
     shell.args(["-c", script, "sh"]);
@@ -160,7 +160,7 @@ fn finish(mut child: Child, what: &str) -> Output {
     child.wait_with_output().expect("its output")
 }
 
-/// All that is no directory below a folder, and its bytes where it is a file.
+/// Returns every entry below a folder that is no directory, with the bytes of files.
 fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let mut found = BTreeMap::new();
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
@@ -249,7 +249,7 @@ fn a_damaged_cache_costs_a_warning_at_most_and_is_mended() {
     }
 }
 
-/// Mounts of the test's own, which no other process sees. None where that is not permitted.
+/// Wraps the command in private mounts, which no other process sees. Returns `None` if these are not permitted.
 fn in_mounts(script: &str, arguments: &[&OsStr], command: &Command) -> Option<Command> {
     let mut unshare = Command::new("unshare");
     unshare.args(["-Urm", "sh", "-c"]);
@@ -262,7 +262,7 @@ fn in_mounts(script: &str, arguments: &[&OsStr], command: &Command) -> Option<Co
     Some(wrap(unshare, arguments, command))
 }
 
-/// `$1` becomes a disk with the options of `$2`, and keeps its content as far as there is room. Its content at the end goes to `$3`.
+/// Makes `$1` a disk with the options of `$2` that keeps its content as far as it fits. Copies its final content to `$3`.
 const FULL_DISK: &str = r#"
     set -e
     disk=$1 options=$2 left=$3
@@ -285,8 +285,8 @@ const READ_ONLY: &str = r#"
     shift
     exec "$@""#;
 
-/// No file may have more than so many blocks of 512 bytes: writes fail, as on a full disk, but with EFBIG. For commands without a driver: lavapipe of
-/// Mesa 25 maps a file in memory for which there is no room then, and dies of SIGBUS.
+/// Limits files to `$1` blocks of 512 bytes: writes fail, as on a full disk, but with EFBIG. For commands without a driver only: lavapipe of Mesa 25
+/// then maps a file in memory for which there is no room, and dies of SIGBUS.
 const SMALL_FILES: &str = r#"trap "" XFSZ; ulimit -f "$1"; shift; exec "$@""#;
 
 #[test]
@@ -323,7 +323,7 @@ fn a_cache_in_a_folder_that_cannot_be_written_costs_a_warning_at_most() {
         let site = Site::new(kept);
         fs::write(site.path("file"), b"in place of a folder").expect("written");
         let expected = site.run_with(Path::new(""), "no cache").picture;
-        // Places without a folder, where none can be made: nobody, not even root, makes one in /proc.
+        // Places without a folder, in which no folder can be made: nobody, not even root, makes one in /proc.
         for cache in ["/proc/afterlight", "file", "file/below"] {
             let ran = site.run_with(Path::new(cache), cache);
             assert!(ran.picture == expected && !ran.has_used_cache, "{kept:?}, {cache}");

@@ -100,12 +100,12 @@ fn figures_of_a_device_are_kept_and_chosen_by() {
     assert!(out.contains("what was measured on this device beside a window\n"), "{out}");
     fs::write(&file, &whole).expect("written");
     assert!(reason(&folder).contains("(by the figures of this device)"));
-    // Without a folder no figures are read.
+    // No figures are read without a folder.
     let (code, out, err) = run(Path::new(""), &["inspect", SCENE]);
     assert!(code == Some(0) && out.contains("doctor --calibrate` measures this device"), "{err}");
 }
 
-/// Its window may have been killed.
+/// The window that a measurement runs beside may have been killed.
 #[test]
 #[ignore = "test-all: the program and its window at length"]
 fn a_measurement_beside_a_window_ends_when_the_window_is_gone() {
@@ -116,7 +116,7 @@ fn a_measurement_beside_a_window_ends_when_the_window_is_gone() {
     thread::sleep(Duration::from_millis(300));
     assert!(child.try_wait().expect("asked").is_none(), "it measures while the pipe is open");
     drop(child.stdin.take());
-    // Its status does not matter: its driver may still have been compiling.
+    // The exit status does not matter: the driver may still have been compiling.
     child.wait().expect("ended");
     let files = fs::read_dir(folder.path()).expect("a folder").count();
     assert_eq!(files, 0, "half a measurement is kept as none");

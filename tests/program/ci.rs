@@ -418,7 +418,7 @@ fn a_case_that_a_file_of_flakes_names_may_fail() {
     };
     assert_eq!(judged("flakes.txt"), (Some(0), "KnownFlake".into(), "Pass".into()));
     assert_eq!(judged("others.txt"), (Some(1), "Fail".into(), "Pass".into()));
-    // A device's folder of the baseline has a file of its own.
+    // A device's folder in the baseline has a separate file of flakes.
     let run = ci(folder.path(), &["own.toml", "-o", "out", "--baseline", "known", "--bless", "--only", "good"]);
     assert_eq!(code(&run), Some(0), "{}", errors(&run));
     let known = only_folder(&only_folder(&at("known")));
@@ -536,7 +536,7 @@ fn gtest_lists_and_runs_as_googletest_does() {
     );
 }
 
-/// Each failure that the layer of `tests/failures-layer` causes has a verdict of its own.
+/// Each failure that the layer of `tests/failures-layer` causes has a separate verdict.
 #[test]
 fn a_lost_device_and_a_lack_of_memory_are_told_apart() {
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -562,7 +562,7 @@ fn a_lost_device_and_a_lack_of_memory_are_told_apart() {
     }
 }
 
-/// In a scene with little to draw. The unit tests of the curve show growth, which the rule sees.
+/// Soaks a scene with little to draw. The unit tests of the curve show growth, which the rule sees.
 #[test]
 fn a_soak_passes_and_leaves_its_curve() {
     let suite = r#"

@@ -1,4 +1,4 @@
-//! The program from outside: exit codes, one line for each error, whole files or none, and options that do what they say.
+//! The program from outside: exit codes, one line for each error, whole files or none, and options that work as described.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -794,7 +794,7 @@ fn a_dropped_dependency_is_complained_of_and_one_that_is_not_there_is_told() {
     let unheard = verbose("picture-to-host");
     assert!(unheard.contains("read after write of the read-back buffer: nothing orders COPY"), "{unheard}");
     assert!(unheard.contains("nothing") && unheard.contains("The specification says (Fences)"), "{unheard}");
-    // Its maps are cached by default.
+    // The hall's shadow maps are cached by default.
     let shadows = ["inspect", "builtin:hall", "--light-path", "loop", "--drop", "shadow-reuse"];
     let told = succeed(folder.path(), &[&shadows[..], &SMALL].concat());
     // Old layers do not compare submissions, and then that is all that is said.

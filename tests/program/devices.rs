@@ -1,5 +1,6 @@
-//! Devices that lack much draw the same picture, or the program says in a sentence what they lack. The layer of `tests/devices-layer` plays them, below
-//! the validation layer, which holds the program against the played limits: any message fails. docs/DEVICES.md has the table.
+//! Devices with low limits or few features draw the same picture, or the program names the lack in a sentence. The layer of `tests/devices-layer`
+//! plays these devices, below the validation layer, which holds the program against the played limits: any message fails. docs/DEVICES.md has the
+//! table.
 
 use std::collections::BTreeSet;
 use std::ffi::OsString;
@@ -23,7 +24,7 @@ const PROFILES: [&str; 4] = ["portability", "least", "phone", "small-shared-memo
 /// A refusal of a device to draw by some light paths.
 struct Refusal {
     profile: &'static str,
-    /// The light paths that are asked for, `auto` where none is.
+    /// The light paths that are asked for; `auto` if empty.
     paths: &'static [&'static str],
     /// A part of the sentence.
     says: &'static str,
@@ -114,10 +115,11 @@ impl LayerSetup {
         Self { folder, partial_driver }
     }
 
-    /// Returns the environment in which a program finds such a device.
+    /// Returns the environment in which a program finds the played device.
     pub fn environment(&self, profile: &str) -> Vec<(&'static str, OsString)> {
         let layers = self.folder.path().join("layers");
-        // From the program down to the driver. Loaders about 1.3.239 have layers in the order of their folders instead: the layer's is the last there.
+        // Layers in the order from the program down to the driver. Loaders about 1.3.239 order layers by their folders instead, so the layer's folder
+        // is the last.
         let order = format!("VK_LAYER_KHRONOS_validation:{NAME}");
         let folders = match env::var_os("VK_LAYER_PATH") {
             Some(own) => env::split_paths(&own).collect(),
@@ -128,7 +130,7 @@ impl LayerSetup {
             ("AFTERLIGHT_PLAYS", profile.into()),
             ("VK_INSTANCE_LAYERS", order.into()),
             ("VK_LAYER_PATH", folders),
-            // Debian 13's stack has folders and drivers of its own.
+            // Debian 13's stack has separate folders and drivers.
             ("AFTERLIGHT_LAYERS", layers.into()),
         ];
         if let Some(driver) = self.partial_driver.as_ref().filter(|_| profile == "portability") {
@@ -196,7 +198,7 @@ fn a_device_without_graphics_is_refused_in_a_sentence() {
     assert_eq!(told.trim().lines().count(), 1, "{told}");
 }
 
-/// It lists an extension and does not open with it: frames are drawn without, and only what needs it is refused.
+/// The device lists an extension and does not open with it: frames are drawn without it, and only settings that need it are refused.
 #[test]
 fn a_device_that_breaks_a_promise_draws_without_what_it_promised() {
     let stage = LayerSetup::new();
@@ -313,7 +315,7 @@ fn devices_that_lack_much_draw_the_same_or_are_refused_in_a_sentence() {
     }
 }
 
-/// The options that errors put into backquotes are typed as they stand, with what was typed before.
+/// Types the options that errors put into backquotes exactly as printed, along with the options that were typed before.
 #[test]
 fn what_a_refusal_advises_draws() {
     let harbour = Path::new(env!("AFTERLIGHT_ROOT")).join("assets/harbour.toml");
@@ -333,7 +335,7 @@ fn what_a_refusal_advises_draws() {
         let place = stage.folder.path().join("advised.png");
         let usual =
             ["--size", "32x18", "--samples", "1", "--anisotropy", "1", "--output", place.to_str().expect("UTF-8")];
-        // Options that the advice names again replace those before.
+        // Options that the advice names replace earlier ones.
         let draw = |more: &[&str]| {
             let named = |own: &[&str]| more.contains(&own[0]);
             let kept = typed[1..].chunks(2).filter(|own| !named(own)).flatten();

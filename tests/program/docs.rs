@@ -1,5 +1,5 @@
-//! The documents hold what they promise: links lead somewhere, examples work when pasted, and lists name all that there is. (The Rust of README.md is
-//! the example `readme`, which `examples` runs.)
+//! The documents keep their promises: links lead somewhere, examples work when pasted, and lists are complete. (The Rust of README.md is the example
+//! `readme`, which `examples` runs.)
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -112,7 +112,7 @@ fn every_example_works_when_pasted() {
             can_be_tried
         })
         .collect();
-    // Side by side, each in a folder of its own: none takes another's files.
+    // Examples run in parallel, each in a separate folder, so none takes another's files.
     let made: Vec<BTreeSet<String>> = examples
         .par_iter()
         .map(|block| {
@@ -222,7 +222,7 @@ fn the_documents_name_every_option_and_no_other() {
     ]
     .iter()
     .flat_map(|command| options(&help_of(command)))
-    // Of the program itself.
+    // An option of the program itself.
     .chain(["--version".to_owned()])
     .collect();
     assert!(defined.contains("--gbuffer") && defined.contains("--warmup"), "{defined:?}");
@@ -237,7 +237,7 @@ fn the_documents_name_every_option_and_no_other() {
     assert!(missing.is_empty() && invented.is_empty(), "missing: {missing:?}, invented: {invented:?}");
 }
 
-/// The exit codes are those that the help prints.
+/// The documented exit codes equal the codes that the help prints.
 #[test]
 fn the_exit_codes_are_those_that_the_program_prints() {
     let output = program().arg("--help").output().expect("the program starts");
@@ -272,7 +272,7 @@ fn the_documents_list_every_dependency_with_its_reason() {
     let deferred = Settings { light_path: LightPath::Clustered, ..Settings::default() };
     let base = rows(&scene, &deferred);
     assert_eq!(listed_dependencies(0), base, "the table of docs/SYNCHRONIZATION.md should be\n{}", base.join("\n"));
-    // Then the rows that are new or others where something is transparent.
+    // Then the rows that are new or differ if something is transparent.
     let material = scene.objects[0].material;
     scene.materials[material].alpha_mode = AlphaMode::Blend;
     for (index, (name, transparency)) in Transparency::NAMES.iter().enumerate() {
@@ -280,18 +280,18 @@ fn the_documents_list_every_dependency_with_its_reason() {
         changed.retain(|row| !base.contains(row));
         assert_eq!(listed_dependencies(1 + index), changed, "{name}: it should be\n{}", changed.join("\n"));
     }
-    // And those of frames without a G-buffer, and of those that compute lights.
+    // Then frames without a G-buffer, and frames that compute lights.
     scene.materials[material].alpha_mode = AlphaMode::Opaque;
     for (number, light_path) in [(3, LightPath::Forward), (4, LightPath::Compute)] {
         let mut changed = rows(&scene, &Settings { light_path, ..Settings::default() });
         changed.retain(|row| !base.contains(row));
         assert_eq!(listed_dependencies(number), changed, "{light_path}: it should be\n{}", changed.join("\n"));
     }
-    // And those where light is spread, in a section of their own.
+    // Then frames that spread light, in a separate section.
     let in_section = |title: &str, scene: &Scene, settings: &Settings| {
         let mut changed = rows(scene, settings);
         changed.retain(|row| !base.contains(row));
-        // Only where the picture comes from is another.
+        // This row differs only in the picture's source.
         changed.retain(|row| !row.contains("`read-back`"));
         let text = document("docs/SYNCHRONIZATION.md");
         let section = text.split(title).nth(1).expect("a section");
@@ -299,12 +299,12 @@ fn the_documents_list_every_dependency_with_its_reason() {
         assert_eq!(listed[..changed.len().min(listed.len())], changed, "it should be\n{}", changed.join("\n"));
     };
     in_section("## Where light is spread\n", &scene, &Settings { bloom: 0.1, ..deferred.clone() });
-    // And those where frames are averaged over time, and something moves by itself.
+    // Then frames that are averaged over time while something moves by itself.
     let local = Local::Parts(Placement::default());
     scene.motion.nodes.push(Node { name: "carrier".into(), parent: None, local, weights: Vec::new() });
     scene.objects[0].node = Some(0);
     in_section("## Where frames are averaged over time\n", &scene, &Settings { taa: true, ..deferred.clone() });
-    // And those between queues.
+    // Then rows between queues.
     let occluded = Settings { ao: AmbientOcclusion::Ssao, ..deferred };
     let one = rows(&scene, &occluded);
     let mut between = rows(&scene, &Settings { queues: Queues::All, ..occluded });

@@ -1,4 +1,4 @@
-//! The examples do what they say. The one with a window is among the tests of windows.
+//! The examples work as described. The windowed example is tested with the windows.
 
 use std::path::Path;
 
@@ -19,7 +19,7 @@ fn picture(path: &Path) -> image::RgbaImage {
     image::open(path).unwrap_or_else(|error| panic!("{}: {error}", path.display())).into_rgba8()
 }
 
-/// What a reader pastes is what is compiled here.
+/// Readers paste exactly the code that is compiled here.
 #[test]
 fn the_program_of_the_readme_is_an_example_and_draws() {
     let root = Path::new(env!("AFTERLIGHT_ROOT"));

@@ -27,7 +27,7 @@ fn run(folder: &Path, arguments: &[&str]) -> Output {
     program().current_dir(folder).args(arguments).output().expect("the program starts")
 }
 
-/// Runs `render` with small pictures, and returns what it printed.
+/// Runs `render` with small pictures, and returns its output.
 fn render(folder: &Path, arguments: &[&str], code: i32) -> String {
     let output = run(folder, &[&["render", "--size", "48x36", "--samples", "2"], arguments].concat());
     let told = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
@@ -84,7 +84,7 @@ fn a_turntable_goes_around_and_a_video_is_made_where_there_is_an_encoder() {
             fs::write(bin.join("ffmpeg"), text).expect("written");
             fs::set_permissions(bin.join("ffmpeg"), fs::Permissions::from_mode(0o755)).expect("executable");
         };
-        // The last argument is the file; what it holds are the pictures.
+        // The last argument is the file; this encoder writes the pictures into it unchanged.
         encoder("#!/bin/sh\nfor last; do :; done\n/bin/cat >\"$last\"\n");
         let (code, told) = encoded(bin.clone());
         let video = fs::read(folder.path().join("turn.webm")).unwrap_or_else(|error| panic!("{error}: {told}"));

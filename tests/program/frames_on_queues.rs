@@ -35,7 +35,7 @@ fn frames_on_all_queues_are_those_of_one_to_the_byte() {
     }
 }
 
-/// The suite's cases, frames of a window among them, and what the layer notices of a missing row between queues.
+/// Runs the suite's cases, frames of a window among them, and the mutants that lack a row between queues.
 #[test]
 fn the_suite_and_its_mutants_pass_on_all_queues() {
     let setup = LayerSetup::new();

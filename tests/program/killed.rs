@@ -253,7 +253,7 @@ impl Signal {
     }
 }
 
-/// The same command where Ctrl-C ends it: a shell without job control starts its background jobs, and with them this test, deaf to it.
+/// Wraps the command so that Ctrl-C ends it: a shell without job control starts its background jobs, and with them this test, with SIGINT ignored.
 #[cfg(unix)]
 fn interruptible(command: &Command) -> Command {
     let mut hearing = Command::new("env");
@@ -279,7 +279,7 @@ fn files(folder: &Path) -> BTreeSet<String> {
     found
 }
 
-/// The age at which the next run takes unfinished files for those of a killed one.
+/// The age at which the next run takes unfinished files for a killed run's.
 const JUST_NOW: Duration = Duration::from_secs(2);
 
 #[test]
@@ -301,7 +301,7 @@ fn ctrl_c_leaves_old_files_whole_and_the_next_command_no_litter() {
 #[cfg(unix)]
 const STOPPING_SECONDS: f64 = 200.0;
 
-/// Stops the writer's command so many times, at moments at random.
+/// Stops the writer's command `moments` times, or as often as the time allows, each time at a random moment.
 #[cfg(unix)]
 fn stops(writer: &Writer, moments: usize, signal: Signal, layer: &Path) {
     let folder = tempfile::tempdir().expect("a temporary folder");

@@ -14,13 +14,15 @@ use proc_macro2::{Delimiter, TokenStream, TokenTree};
 /// crates, by the names that the renderer gives them.
 const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("shaders", &[]),
-    // Decided once: nothing in it is worked out for a frame. Of `gpu` it knows the words of synchronization and of what a device lacks alone, which are values.
+    // Decided once: nothing in it is worked out for a frame. From `gpu` it knows only the terms of synchronization and of a device's lacks, which are
+    // values.
     ("plan", &["scene", "shaders", "gpu/sync", "gpu/lack"]),
     ("visible", &["plan", "scene", "shaders"]),
     ("targets", &["plan", "gpu", "scene"]),
     ("gpu_scene", &["visible", "plan", "gpu", "scene", "shaders"]),
     ("passes", &["gpu_scene", "targets", "visible", "plan", "gpu", "scene", "shaders"]),
     ("frame", &["passes", "gpu_scene", "targets", "visible", "plan", "gpu", "scene", "shaders"]),
+    ("proof", RENDERER),
     ("truth/reference", &[]),
     ("truth/measure", &[]),
     ("lab/page", &[]),
@@ -28,7 +30,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("lab/stress", PAGES),
     ("lab/mutants", RENDERER),
     ("window", RENDERER),
-    // Of the renderer it sees what every user of the library sees.
+    // The program sees only the parts of the renderer that every user of the library sees.
     ("program", &["frame", "plan", "gpu", "scene"]),
     ("scene", &[]),
     ("gpu", &[]),
@@ -40,7 +42,8 @@ const PAGES: &[&str] =
     &["lab/page", "frame", "passes", "gpu_scene", "targets", "visible", "plan", "gpu", "scene", "shaders"];
 
 /// The folders whose files are read.
-const SOURCES: [&str; 5] = ["src", "crates/truth/src", "crates/lab/src", "crates/window/src", "crates/program/src"];
+const SOURCES: [&str; 6] =
+    ["src", "crates/proof/src", "crates/truth/src", "crates/lab/src", "crates/window/src", "crates/program/src"];
 
 /// Parts of the renderer that know no Vulkan. Crates without a dependency on it cannot.
 const WITHOUT_VULKAN: &[&str] = &["shaders"];
@@ -74,7 +77,7 @@ fn crate_of(file: &str) -> Option<&str> {
     file.strip_prefix("crates/")?.split('/').next()
 }
 
-/// The row of the table for what begins with such a module in a crate.
+/// Returns the row of the table for an import, by its crate and its first module.
 fn part_of(of_crate: Option<&str>, first: Option<&str>) -> String {
     let within = of_crate.zip(first).map(|(of_crate, first)| format!("{of_crate}/{first}"));
     let is_row = |name: &String| MAY_IMPORT.iter().any(|(row, _)| row == name);

@@ -31,6 +31,7 @@ fn each_feature_brings_what_it_needs_and_the_library_alone_no_program_and_no_win
         ("afterlight-gpu", "", vulkan.to_vec()),
         ("afterlight", "", vulkan.to_vec()),
         ("afterlight", "present", [&vulkan[..], &surface].concat()),
+        ("afterlight-proof", "", vulkan.to_vec()),
         ("afterlight-truth", "", rays.to_vec()),
         ("afterlight-truth", "flip", [&rays[..], &["nv-flip"]].concat()),
         ("afterlight-window", "", [&vulkan[..], &rays, &surface, &window].concat()),
@@ -48,7 +49,7 @@ fn each_feature_brings_what_it_needs_and_the_library_alone_no_program_and_no_win
     }
 }
 
-/// A program with meshes of its own compiles Vulkan, arithmetic and what unpacks shaders, and nothing that reads a file.
+/// A program with its own meshes compiles Vulkan, arithmetic and the unpacking of shaders, and nothing that reads a file.
 #[test]
 fn the_library_alone_is_few_crates_without_a_reader_and_without_rays() {
     let crates = crates("afterlight", "");
@@ -86,7 +87,7 @@ fn the_package_holds_what_the_library_is_built_from() {
     ] {
         assert!(has(name), "{name} is missing of\n{files}");
     }
-    // Golden images, documents and scenes are megabytes, and the other crates have packages of their own.
+    // Golden images, documents and scenes are megabytes, and the other crates have separate packages.
     let strays = ["tests/", "docs/", "crates/"];
     assert!(!files.lines().any(|line| strays.iter().any(|folder| line.starts_with(folder))), "{files}");
 }

@@ -9,6 +9,7 @@ mod calibration;
 mod cheapest;
 mod ci;
 mod cli;
+mod comments;
 mod devices;
 // They are typed into bash, in folders with links.
 #[cfg(unix)]

@@ -30,7 +30,7 @@ fn plain(path: &Path) -> PathBuf {
     plain
 }
 
-/// The packages that a registry gets, each with its folder: those that others of the workspace can name, and the program.
+/// Returns the packages that a registry gets, each with its folder: the libraries that other members of the workspace can name, and the program.
 fn published() -> Vec<(String, PathBuf)> {
     let manifest: toml::Table = fs::read_to_string(root().join("Cargo.toml")).expect("readable").parse().expect("TOML");
     let named = manifest["workspace"]["dependencies"].as_table().expect("a table").iter();
@@ -74,7 +74,7 @@ fn links_of_the_documentation_lead_to_files_of_the_package() {
 
 #[test]
 fn a_package_holds_all_that_its_sources_include() {
-    // Debian 13's runner starts programs of its own only.
+    // Debian 13's runner starts only its own programs.
     if std::env::var_os("AFTERLIGHT_RUNNER").is_some() {
         return;
     }
@@ -88,7 +88,7 @@ fn a_package_holds_all_that_its_sources_include() {
     let foreign = ["tests", "docs", "assets", "book/exercises", "book/src/made", "book/theme", "fuzz", "crates"];
     let stray: Vec<_> = files.iter().filter(|file| foreign.iter().any(|folder| file.starts_with(folder))).collect();
     assert!(stray.is_empty(), "{stray:?}");
-    // Those that it needs, and the program, are packed beside it.
+    // The packages that it needs, and the program, are packed beside it.
     let packages = published();
     assert!(packages.len() > 5, "{packages:?}");
     let mut count = 0;

@@ -21,13 +21,13 @@ const TABLES: [&str; 6] = [
 
 /// An effect by the words of its files and of its code.
 struct Reach {
-    /// Its file has this name, in `src/plan/effects` or in `src/passes`.
+    /// The name of the effect's file in `src/plan/effects` or in `src/passes`.
     name: &'static str,
-    /// A file is its own if one of these is the name of the file or of a folder that it lies in.
+    /// A file belongs to the effect if one of these is the name of the file or of a folder that it lies in.
     files: &'static [&'static str],
-    /// Parts of identifiers that name it: `fog` of `has_fog` and `FogPlan`.
+    /// Parts of identifiers that name the effect: `fog` of `has_fog` and `FogPlan`.
     parts: &'static [&'static str],
-    /// Whole identifiers that do.
+    /// Whole identifiers that name the effect.
     whole: &'static [&'static str],
 }
 

@@ -47,7 +47,7 @@ fn a_wrong_value_is_refused_in_the_same_words_wherever_it_is_written() {
             let sentence = setting.read(value).expect_err(setting.key);
             let said = format!("{}={value}", setting.key).parse::<SettingsPatch>().expect_err(setting.key).to_string();
             assert_eq!(said, format!("{}={value}: {sentence}", setting.key));
-            // TOML has words of its own for these.
+            // TOML has different words for these.
             let in_file = if setting.values == ValueKind::OnOff { "must be true or false" } else { &sentence };
             let text = line_of_toml(setting, value);
             let error = parse_settings(&text, Path::new("tuned.toml")).expect_err(&text).to_string();

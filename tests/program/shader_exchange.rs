@@ -1,4 +1,4 @@
-//! Shaders in the place of those that the program was built with. In a process of its own: an exchange holds for the whole process.
+//! Shaders that replace the ones that the program was built with. The test has a process to itself, since an exchange holds for the whole process.
 
 use std::fs;
 use std::path::Path;

@@ -53,7 +53,7 @@ fn a_picture_is_the_same_wherever_the_program_runs() {
     same(&format!("{deep}/deep.png"), &|_| ());
 }
 
-/// Each file that a scene is made of has such a name: the scene, the model that it names, the model's materials, and their texture.
+/// Each file of a scene gets the name: the scene, the model that it names, the model's materials, and their texture.
 #[test]
 fn a_scene_is_the_same_whatever_the_names_of_its_files() {
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -82,7 +82,7 @@ fn a_scene_is_the_same_whatever_the_names_of_its_files() {
     ] {
         let scene = write(place, name);
         assert!(draw(&scene) == expected, "{scene}: another picture");
-        // By its whole path as well.
+        // The scene is opened by its whole path as well.
         assert!(
             !tries_all() || draw(folder.path().join(&scene).to_str().expect("UTF-8")) == expected,
             "{scene}: another picture"

@@ -18,7 +18,8 @@ fn each_reader_has_a_program_that_fuzzes_it() {
     assert_eq!(programs, readers::TARGETS.map(|target| target.name));
 }
 
-/// The workspace of the programs has a lock file of its own, which nothing else looks at: fuzzing would change it, and a `--locked` build fail.
+/// The fuzzing programs' workspace has a separate lock file, which nothing else checks. If the file lacks a package, fuzzing changes it, and a
+/// `--locked` build fails.
 #[test]
 fn their_lock_file_knows_what_the_libraries_always_need() {
     let read = |name: &str| -> toml::Table {

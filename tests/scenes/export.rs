@@ -14,7 +14,7 @@ use crate::common::{capabilities, tries_all};
 
 const SIZE: [u32; 2] = [96, 54];
 
-/// The greatest difference of a lambert surface's light, as a share of the brightest, where it is drawn by the formula of a dielectric that reflects
+/// The greatest difference of a lambert surface's light, as a share of the brightest, if it is drawn by the formula of a dielectric that reflects
 /// nothing: roundings of a few products in f32.
 const MOST: f32 = 1e-6;
 

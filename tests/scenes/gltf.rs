@@ -15,7 +15,7 @@ enum Expected {
 }
 use Expected::{Error, Triangles};
 
-/// The odd files that show something, and those whose error must say what is wrong with them. All others only have to end in one line.
+/// The odd files that show something, and the odd files whose error must name the fault. All others only have to end in one line.
 const TABLE: &[(&str, Expected)] = &[
     (
         "assimp/BoxBadNormals-glTF-Binary/BoxBadNormals.glb",
@@ -136,7 +136,7 @@ fn a_million_triangles_that_share_their_spheres_are_few() {
     assert!(own < 100_000, "{own} triangles in memory");
 }
 
-/// All files of a folder and of those in it, in order.
+/// Returns all glTF files below a folder, sorted.
 fn gltf_files(folder: &Path) -> Vec<PathBuf> {
     let mut found = Vec::new();
     let entries = fs::read_dir(folder).unwrap_or_else(|error| panic!("{}: {error}", folder.display()));

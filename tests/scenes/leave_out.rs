@@ -1,9 +1,9 @@
 //! Parts that a scene does not need are left out, and nobody can tell by the picture: proofs over scenes that each lack something.
 //!
-//! - The picture is that of the full plan, which keeps every part with neutral input: to the last bit, but for the parts in
-//!   [`INEXACT`], whose bounds stand there with their reasons.
-//! - A part that is left out leaves no trace: no object by its name, no label, no descriptor, and no bytes. The same names are there as soon as
-//!   the part is kept, so that the list of traces cannot go stale.
+//! - The picture equals the full plan's, which keeps every part with neutral input: to the last bit, but for the parts in [`INEXACT`], whose bounds
+//!   stand there with their reasons.
+//! - A part that is left out leaves no trace: no object by its name, no label, no descriptor, and no bytes. The names exist as soon as the part is
+//!   kept, so that the list of traces cannot go stale.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -24,10 +24,10 @@ use glam::{DAffine3, DVec3, Vec3};
 
 const SIZE: [u32; 2] = [64, 36];
 
-/// The greatest distance of a picture from that of the lean plan.
+/// The greatest distance of a picture from the lean plan's picture.
 #[derive(Debug, Clone, Copy)]
 struct Bound {
-    /// Codes of 8 bits that a channel may differ by where no more than this share of the pixels is beyond it.
+    /// Codes of 8 bits that a channel may differ by, and the share of the pixels that may differ by more.
     codes: u8,
     beyond: f64,
 }
@@ -326,7 +326,7 @@ fn every_part_is_left_out_somewhere_and_needed_somewhere() {
             left_out.extend(out);
         }
         let parts: BTreeSet<P> = P::all().collect();
-        // Everything lit reads normals; occluded objects need a large scene, which has a test of its own.
+        // Everything lit reads normals; occluded objects need a large scene, which has a separate test.
         let always = BTreeSet::from([P::Normals, P::OccludedObjects]);
         let missing: Vec<_> = parts.difference(&left_out).filter(|part| !always.contains(part)).collect();
         assert!(missing.is_empty(), "no scene lacks {missing:?}");
@@ -475,7 +475,7 @@ const fn trace(
     Trace { part, objects, labels, descriptors }
 }
 
-/// Parts that are nothing but a constant or a location in a shader have no object of their own.
+/// Parts that are only a constant or a location in a shader have no object.
 const TRACES: &[Trace] = &[
     trace(
         P::HdrTarget,
@@ -546,7 +546,7 @@ fn what_is_left_out_leaves_no_trace() {
                 if seen.contains(part) && !tries_all() {
                     continue;
                 }
-                // The same names are there where it is kept.
+                // All names exist if the part is kept.
                 let kept = traces(gpu, &case, Keep::NONE.with(*part));
                 let is_there = objects.iter().all(|text| kept.object(text).is_some())
                     && descriptors.iter().all(|&text| kept.descriptor(text).is_some())

@@ -290,7 +290,8 @@ fn textures_of_one_colour_are_factors_and_idle_masks_are_none() {
                 }
                 let lean = Settings { light_path, anisotropy, ..settings() };
                 let renderer = gpu.renderer(&scene, &lean);
-                // One is left: that of the mask which cuts nothing differs from texel to texel. Grooves have a flat normal map besides; codes of 0 and 128 leave none.
+                // One texture is left: the mask that cuts nothing differs from texel to texel. Grooves also have a flat normal map; codes of 0 and
+                // 128 leave no grooves.
                 let grooves = usize::from(!matches!(code, 0 | 128));
                 assert_eq!(renderer.plan().textures.images.len(), 1 + grooves, "{code}");
                 drop(renderer);

@@ -87,7 +87,7 @@ fn smooth_models_have_the_same_bits_in_the_full_plan() {
     });
 }
 
-/// Keeps every part, except those that need an HDR target.
+/// Keeps every part that does not need an HDR target.
 fn without_hdr() -> Keep {
     let hdr = [OptionalPart::HdrTarget, OptionalPart::Transparent, OptionalPart::Emissive];
     hdr.iter().fold(Keep::ALL, |keep, &part| keep.without(part))

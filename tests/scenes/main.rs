@@ -3,7 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
-// One of the readers is that of journals, which reports alone have.
+// One of the readers reads journals, which only reports have.
 #[cfg(feature = "report")]
 mod corpora;
 mod export;

@@ -31,7 +31,7 @@ fn faces_back_to_back_have_one_side_each_and_others_keep_both() {
         assert_eq!(found.meshes[0].triangles_up_and_down(), (2, 2), "{text}");
         assert!(!found.materials[found.objects[0].material].two_sided);
     }
-    // The same face twice, facing the same way, is not back to back.
+    // Two copies of a face that face one way are not back to back.
     assert_eq!(drawn(&load_text(&format!("{SQUARE}f 1 2 3 4\nf 2 3 4 1\n"))).len(), 1);
 }
 

@@ -1,5 +1,6 @@
-//! Combinations of light path, multisampling, transparency, sky, ambient occlusion, particles, reflections, fog, bloom, TAA, FXAA, HDR format, samples and output, all but those that a
-//! comment says are left out: each is drawn without a message, or refused with a sentence, as the table in docs/LIGHT_PATHS.md says.
+//! Combinations of light path, multisampling, transparency, sky, ambient occlusion, particles, reflections, fog, bloom, TAA, FXAA, HDR format,
+//! samples and output, except for the ones that a comment leaves out: each is drawn without a message, or refused with a sentence, as the table in
+//! docs/LIGHT_PATHS.md says.
 
 use std::collections::BTreeSet;
 
@@ -154,7 +155,7 @@ pub fn combinations() -> Vec<(Named, usize, Settings)> {
     for (named, _, settings) in &mut all {
         named.push(("reflections", settings.reflections.to_string()));
     }
-    // Repeats each combination in fog, except those that differ only in settings which fog does not meet.
+    // Repeats each combination in fog, unless it differs only in settings that fog does not meet.
     let clear = |(named, _, settings): &&(Named, usize, Settings)| {
         let is_usual = settings.hdr_format == HdrFormat::default() && settings.bloom == 0.0;
         is_usual && settings.ao == AO[0] && named.iter().all(|(key, value)| *key != "samples" || value == "1")
@@ -245,7 +246,7 @@ fn every_combination_is_drawn_or_refused_as_the_table_says() {
             match FramePlan::of(scene, &settings, &device) {
                 Ok(plan) => {
                     assert!(!refused_by(&named, &rules), "the table refuses what can be drawn: {named:?}");
-                    // Settings that change nothing, as the format of an HDR target where there is none, make the same frame.
+                    // Settings without effect, such as an HDR format without an HDR target, make the same frame.
                     let structure = (
                         plan.light_path,
                         plan.transparency,

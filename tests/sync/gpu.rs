@@ -15,8 +15,8 @@ pub(super) const HOST_READ: Use = Use::new(vk::PipelineStageFlags2::HOST, vk::Ac
 
 pub(super) type TestResult = Result<(), Box<dyn StdError>>;
 
-/// Runs `test` on a device under synchronization validation, then drops everything and fails on any message that is
-/// about this program, those of tearing down included.
+/// Runs `test` on a device under synchronization validation, then drops everything and fails on any message about this program, including the ones
+/// from tearing down.
 pub(super) fn with_device(test: impl Fn(&Arc<Device>) -> TestResult) -> TestResult {
     // Neither mode of the layer notices all that the other does.
     for sync_shader_heuristic in [false, true] {

@@ -1,7 +1,7 @@
 //! Every dependency is needed: without any one row of the table, or any one bit of a row, the validation layer complains. Where it is silent,
-//! `afterlight::frame::rows::unreported_mutants` argues from the specification, and is held against the layer here.
+//! `afterlight_lab::mutants::unreported` argues from the specification, and is held against the layer here.
 //!
-//! Each mutant is a renderer of its own that draws a few small frames (`afterlight::frame::experiment`), in both modes of the layer's shader
+//! Each mutant is a separate renderer that draws a few small frames (`afterlight_lab::mutants::experiment`), in both modes of the layer's shader
 //! heuristic (`afterlight_lab::mutants`). `afterlight_lab::mutants::older` lists the mutants that layers before 1.4.309 miss besides.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -11,15 +11,15 @@ use crate::common::gpu::{not_run, on_gpu};
 use crate::common::{some_of, tries_all};
 use afterlight::frame::capabilities;
 use afterlight::frame::list::StepList;
-use afterlight::frame::proof::FrameModel;
-use afterlight::frame::rows::unreported_mutants::{LAYER, RowPart, UNREPORTED_MUTANTS};
-use afterlight::frame::rows::{self, Row};
+use afterlight::frame::rows::{self, Row, RowPart};
 use afterlight::gpu::{self, DeviceChoice, vk};
 use afterlight::plan::{FramePlan, OUTPUT_PLAIN, OUTPUT_SRGB, samples};
 use afterlight::scene::Queues;
+use afterlight_lab::mutants::unreported::{LAYER, UNREPORTED_MUTANTS};
 use afterlight_lab::mutants::{
     BrokenRules, Laboratory, Miss, Mutant, MutantCase, MutantVerdict, PresentPath, cases, mutants, presented, verdict,
 };
+use afterlight_proof::FrameModel;
 
 /// A frame records the passes that the proof assumes, in the same order.
 #[test]

@@ -1,11 +1,9 @@
 //! The dependencies of every plan are enough, and nearly all of their parts are needed, by the specification's rules alone: no device, driver or layer is asked
-//! (`afterlight::frame::proof`).
+//! (`afterlight_proof`).
 
 use std::collections::{BTreeMap, HashSet};
 
-use afterlight::frame::proof::{FrameModel, is_superfluous};
-use afterlight::frame::rows::unreported_mutants::RowPart;
-use afterlight::frame::rows::{self, Row, Rows, Side};
+use afterlight::frame::rows::{self, Row, RowPart, Rows, Side};
 use afterlight::gpu::sync::{Layouts, SyncVersion, Use};
 use afterlight::gpu::vk;
 use afterlight::plan::samples::{self, gbuffers};
@@ -15,6 +13,7 @@ use afterlight::scene::{
     AmbientOcclusion, Fog, HdrFormat, ImageLayouts, Keep, LightPath, OptionalPart, Output, Passes, Queues, Reflections,
     Resolve, Scene, Settings, SyncApi, Transparency, View,
 };
+use afterlight_proof::{FrameModel, is_superfluous};
 
 use rayon::prelude::*;
 
@@ -91,14 +90,14 @@ impl Different {
         let idle: Vec<_> =
             idle.iter().map(|(part, names)| format!("{part}: {}, as {}", names.len(), names[0])).collect();
         assert!(hazards.is_empty(), "{} hazards:\n{}", hazards.len(), hazards[..hazards.len().min(30)].join("\n"));
-        // A pass waits for what it uses, whether another row happens to order it or not. If that were much, the look-up of predecessors would be too coarse.
+        // A pass waits for everything that it uses, whether another row happens to order it or not. If many parts were idle, the look-up of
+        // predecessors would be too coarse.
         assert!(idle_parts * 8 < all, "{idle_parts} of {all} parts of rows order nothing:\n{}", idle.join("\n"));
     }
 }
 
 /// TILED looks up data that was copied, and waits for the copy through GEOMETRY: the upload's barrier makes GEOMETRY wait, and the render pass's
-/// dependency makes TILED wait. The layer of Debian 13 follows such a chain for attachments and not for buffers, so the barrier names TILED's reads
-/// as well.
+/// dependency makes TILED wait. Debian 13's layer follows this chain for attachments and not for buffers, so the barrier names TILED's reads as well.
 fn is_for_the_layer(plan: &FramePlan, row: &Row, part: RowPart) -> bool {
     let reads = Use::new(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_READ);
     let is_read = match part {

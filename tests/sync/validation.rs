@@ -1,8 +1,8 @@
 //! The validation layer has nothing to say, core and synchronization, in both modes of its shader heuristic, with frames in
 //! flight under a moving camera. `on_gpu_in_both_modes` proves first that the layer is on, and fails on every message and leak.
 //!
-//! Hazards between two submissions, as those of targets that frames share, are seen by newer layers only: 1.3.239 says
-//! nothing when `geometry-reuse` is left out, and that of Debian 13 does so in every test here.
+//! Only newer layers see hazards between two submissions, for example on targets that frames share: 1.3.239 says nothing when `geometry-reuse` is
+//! left out, and Debian 13's layer reports it in every test here.
 
 use crate::common::gpu::{Gpu, on_gpu_in_both_modes};
 use crate::common::scenes::{crowd, draw_frames, exercise, nothing_emits, one_of_each, small, with_transparent};
@@ -98,7 +98,7 @@ fn every_view_is_silent_or_says_why_there_is_none() {
     });
 }
 
-/// Every preset, and every format that a target can be given instead of that of `lean`.
+/// Returns every preset, and every format that a target can be given instead of its format in `lean`.
 fn every_gbuffer() -> Vec<String> {
     let presets = GbufferPreset::NAMES.iter().map(|(name, _)| (*name).to_owned());
     let overrides = TARGETS.iter().flat_map(|(target, formats)| formats.iter().map(move |f| format!("{target}={f}")));

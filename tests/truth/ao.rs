@@ -34,7 +34,7 @@ fn root_mean_square(differences: impl Iterator<Item = f64>) -> f64 {
 }
 
 impl AoTruths {
-    /// Takes every so many of the pixels with a surface: as many as a picture of 80 x 45 has.
+    /// Takes a grid of the pixels with a surface: as many as a picture of 80 x 45 has.
     fn of(gpu: &Gpu, scene: &Scene, settings: &Settings) -> Self {
         let [width, height] = settings.size;
         let (view, radius) =

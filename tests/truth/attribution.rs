@@ -79,7 +79,7 @@ fn size(found: &Attribution, name: &str) -> f64 {
     part(found, name).rms
 }
 
-/// Returns the error of the light, and of the picture referred back to light, pixel by pixel, from drawings of its own without parts.
+/// Returns the error of the light, and of the picture referred back to light, pixel by pixel, from separate drawings without parts.
 fn errors(gpu: &Gpu, case: &Case, settings: &Settings) -> Vec<[DVec3; 2]> {
     let draw = |output| gpu.draw(case.scene, &Settings { output, ..settings.clone() });
     let (light, shown) = (draw(Output::Exposed), draw(Output::Srgb8));
@@ -145,8 +145,8 @@ fn normals_of_10_bits_and_colours_of_8_are_found_in_quantization_and_a_coarse_pl
         let scene = open("builtin:spheres");
         let case = Case::of(&scene);
         let with = |formats| case.apart(gpu, &Settings { gbuffer: gbuffer(formats), ..small(&scene) });
-        // Normals of 2 x 16 bits, which are not exact either: steps of 1/32767, where those of 10 bits have 1/511, and halves 1/2048 near 1. Errors
-        // of a highlight that is sharper than a step grow less than the steps.
+        // Normals of 2 x 16 bits are not exact either: they have steps of 1/32767, where 10 bits have 1/511, and halves 1/2048 near 1. Errors of a
+        // highlight that is sharper than a step grow less than the steps.
         let fine = with("float32,normal=oct16");
         let fine_size = size(&fine, GBUFFER);
         assert!(fine_size > 0.0 && fine_size < 0.01 * size(&fine, WHOLE), "{fine_size}");

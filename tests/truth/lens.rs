@@ -1,5 +1,5 @@
-//! Frames that look through a lens while a shutter is open, against the rays that do: the mean of N frames is no farther from the truth than that of N
-//! independent samples would be.
+//! Frames through a lens with an open shutter, against rays that are traced the same way: the mean of N frames is no farther from the truth than the
+//! mean of N independent samples would be.
 
 use crate::common::gpu::{floats, on_gpu};
 use crate::common::moving::moving;
@@ -16,7 +16,7 @@ const TRUTH_SAMPLES: u32 = 256;
 const SHUTTER_SAMPLES: u32 = 64;
 
 fn settings(samples: u32, aperture: f32, focus: f32) -> Settings {
-    // Shadow maps have errors of their own.
+    // Shadow maps would add their own errors.
     let shadows = ShadowSettings { enabled: false, ..ShadowSettings::default() };
     let lens =
         Settings { aperture: Aperture::Diameter(aperture), focus: Some(focus), shadows, ..exact(SIZE[0], SIZE[1]) };
@@ -59,7 +59,7 @@ fn a_lens_is_that_of_the_rays() {
                 let (found, independent) = distances(&draw(samples), (&truth, TRUTH_SAMPLES), samples);
                 assert!(found <= independent, "{aperture} m at {focus} m, {samples}: {found}, more than {independent}");
             }
-            // Without the lens it is far off.
+            // A picture without the lens is far off.
             let (pinhole, independent) = distances(&draw(1), (&truth, TRUTH_SAMPLES), 64);
             assert!(pinhole > 2.0 * independent, "{aperture} m at {focus} m: {pinhole} and {independent}");
         }

@@ -13,7 +13,7 @@ use afterlight::scene::{
 use afterlight_truth::reference::{CameraView, Mode, Reference, Smith, TruthOptions};
 use glam::{DAffine3, DVec2, DVec3, Vec3};
 
-/// A texture of cells, each of so many texels, by a function of the cell and of the texel in it.
+/// Returns a texture of cells, each of `width` x `height` texels, by a function of the cell and of the texel in it.
 fn atlas(
     [rows, columns]: [u32; 2],
     [width, height]: [u32; 2],

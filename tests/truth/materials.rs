@@ -74,7 +74,7 @@ fn sampled(wrap: [Wrap; 2], filter: Filter) -> Sampler {
     Sampler { wrap, magnify: filter, minify: filter, levels: Some(filter) }
 }
 
-/// The plane under a texture from (-1, -1) to (2, 2) where it is seen.
+/// The plane with a texture of which the camera sees (-1, -1) to (2, 2).
 fn papered(material: Material, sampler: Sampler) -> Scene {
     let mut scene = plane(material, vec![directional(DVec3::new(0.3, 0.2, 1.0), 3.0)]);
     scene.meshes[0].uvs.iter_mut().flatten().for_each(|uv| *uv = (*uv - 0.5) * 12.0 + 0.5);
@@ -371,7 +371,7 @@ fn a_dielectric_reflects_as_much_as_it_says() {
         for (turn, (name, material)) in cases.into_iter().enumerate() {
             let mut scene = ball(material.clone());
             scene.textures.push(texture(Sampler::DEFAULT));
-            // With other models around it, and a usual dielectric.
+            // Other models stand around the ball, and a usual dielectric.
             for (index, other) in
                 [phong.clone(), shiny([0.2; 3], 0.7, 0.0), Material::default()].into_iter().enumerate()
             {

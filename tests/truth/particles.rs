@@ -110,7 +110,7 @@ fn sorted_particles_are_the_truth_but_for_single_floats_and_weights_err() {
 #[test]
 fn cells_of_textures_lie_where_the_truth_has_them() {
     on_gpu(|gpu| {
-        // Four cells of other colours, each with a mark in a corner of its own; wide enough that no level is ever between two.
+        // Four cells of different colours, each with a mark in one of its corners, and wide enough that no level is ever between two.
         let texel = |index: u32| {
             let (x, y) = (index % 64, index / 64);
             let mark = x % 32 < 12 && y % 32 < 12;
@@ -163,7 +163,7 @@ fn cells_of_textures_lie_where_the_truth_has_them() {
         let mut parallel = scene.clone();
         parallel.camera.projection = afterlight::scene::Projection::orthographic(2.0);
         for is_empty in [false, true] {
-            // Before all surfaces, and where there are none.
+            // Particles before all surfaces, and without any.
             if is_empty {
                 parallel.objects.clear();
             }

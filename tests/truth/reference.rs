@@ -136,7 +136,7 @@ fn holes_of_masks_are_seen_through_and_let_light_through() {
     };
     // The sheet is half as far as the plane: a point on it at x is seen at 2x.
     assert_eq!((object(-0.04, 0.1), object(0.04, 0.1)), (Some(0), Some(1)));
-    // Its shadow lies half a metre lower: x keeps.
+    // The sheet's shadow lies half a metre lower, at the same x.
     let mut under = scene.clone();
     under.camera.position.z = 0.9;
     let reference = Reference::new(&under).expect("a scene");

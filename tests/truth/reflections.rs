@@ -1,5 +1,6 @@
 //! The three errors of reflections: of frames against the f64 march of the same depths and the same lit picture, of frames against the scene's rays,
-//! and of the march against the rays, which is the price of seeing no more than a screen does. And the shares of rays that meet what they should.
+//! and of the march against the rays, which is the price of seeing no more than a screen does. Also the shares of rays that meet the surface that
+//! they should.
 
 use afterlight::scene::{Brdf, Output, Reflections, Scene, Settings, View};
 use afterlight_truth::reference::depth_march::DepthBuffer;
@@ -51,13 +52,13 @@ impl Counts {
     }
 }
 
-/// Light above so many means of a picture is white.
+/// Light above this many means of a picture is white.
 const WHITE: f64 = 4.0;
 
 /// Pixels of a view with their truths: the light, in nits, that each gains, or loses, by mirroring others.
 struct ReflectionTruths {
     pixels: Vec<usize>,
-    /// Their light without reflections.
+    /// The pixels' light without reflections.
     plain: Vec<DVec3>,
     rays: Vec<DVec3>,
     march: Vec<DVec3>,
@@ -85,7 +86,7 @@ fn is_right(truth: DVec3, found: DVec3, from: DVec3, pixel_width: f64) -> bool {
 }
 
 impl ReflectionTruths {
-    /// Takes every so many of the pixels that mirror something: about as many as a picture of `across` pixels has.
+    /// Takes a grid of the pixels that mirror something: about as many as a picture of `across` pixels has.
     fn of(gpu: &Gpu, scene: &Scene, settings: &Settings, across: u32) -> Self {
         let [width, height] = settings.size;
         let view = reference::CameraView { camera: scene.camera, size: settings.size };

@@ -1,4 +1,5 @@
-//! Glass on the device against the truth in 64 bits: panes and balls, for which the shape of the body is known, and what lies between.
+//! Glass on the device against the truth in 64 bits: panes and balls, which are bodies of a known shape, and layers between the glass and the
+//! picture.
 
 use crate::common::gpu::{Gpu, nits, on_gpu, places};
 use crate::common::stage::{add, directional, exact, lambert, rectangle, stage};
@@ -20,7 +21,7 @@ fn striped() -> Scene {
         add(&mut scene, stripe, Material { base_color: color, ..lambert(1.0) }, DAffine3::IDENTITY);
     }
     scene.lights = vec![directional(DVec3::new(0.3, 0.2, 1.0), 3.0)];
-    // Black: by rays a pane mirrors what lies before it at its far side, too.
+    // Black, because rays let a pane mirror the space before it at its far side, too.
     scene.environment = Environment { background: Vec3::ZERO, ..Environment::default() };
     scene
 }
@@ -35,7 +36,8 @@ fn settings(light_path: LightPath) -> Settings {
     Settings { light_path, ..exact(SIZE[0], SIZE[1]) }
 }
 
-/// Returns the distances from the truth of the pixels in a box about the middle of the picture, of so many pixels to each side, relative to 1 nit, in order.
+/// Returns the pixels' distances from the truth, relative to 1 nit, in order. The pixels lie in a box about the middle of the picture, `reach` pixels
+/// to each side.
 fn differences(gpu: &Gpu, scene: &Scene, settings: &Settings, reach: u32) -> Vec<f64> {
     let picture = gpu.draw(scene, settings);
     let view = CameraView { camera: scene.camera, size: picture.size };

@@ -74,7 +74,7 @@ fn a_report_of_a_small_scene_holds_together() {
         assert!(time.low > 0.0 && time.low <= time.median && time.median <= time.high, "{}: {time:?}", point.name);
         assert_eq!(point.time.cpu.is_some(), report.machine.software);
     }
-    // Its rows add up to the last one, which is the whole. The error of light, without the output, is the error of the point.
+    // The rows add up to the last one, the whole. The error of light, without the output, is the error of the point.
     let attribution = &scene.attributions[0];
     assert_eq!((attribution.point, attribution.pixels), (scene.default, attribution.of_pixels));
     let rmse = errors(scene, "default", Against::Converged).rmse;
@@ -87,7 +87,7 @@ fn a_report_of_a_small_scene_holds_together() {
     front_is_a_front(scene);
     files_are_whole(&folder.path().join("out"), scene);
 
-    // The same command has nothing left to do; another one is refused, unless it begins anew.
+    // A repeated command has nothing left to do; another one is refused, unless it begins anew.
     let before = fs::read(folder.path().join("out/journal")).expect("there");
     succeed(folder.path(), &arguments);
     assert_eq!(fs::read(folder.path().join("out/journal")).expect("there"), before);

@@ -118,7 +118,7 @@ fn the_sky_is_seen_where_nothing_is() {
             let mut seen = 0;
             for (x, y) in places(&picture) {
                 let (found, wanted) = (nits(&picture, x, y), truth[(y * EDGE + x) as usize]);
-                // The ball is black. With several samples its edges are a mix.
+                // The ball is black, and with several samples its edges are a mix.
                 let around = (y.saturating_sub(1)..=(y + 1).min(EDGE - 1))
                     .flat_map(|y| (x.saturating_sub(1)..=(x + 1).min(EDGE - 1)).map(move |x| (x, y)));
                 if around.into_iter().any(|(x, y)| nits(&picture, x, y).min_element() < 0.5) {
@@ -151,8 +151,8 @@ fn a_sun_is_drawn_as_a_disc_of_its_size() {
     });
 }
 
-/// Errors of the split sum and of the figures that it is computed with, on an afternoon, by roughness: bounds a little above those that docs/SKY.md
-/// lists.
+/// Errors of the split sum and of the figures that it is computed with, on an afternoon, by roughness. The bounds are a little above the errors that
+/// docs/SKY.md lists.
 #[test]
 fn surfaces_collect_what_the_integral_over_the_sky_says() {
     on_gpu(|gpu| {
@@ -203,7 +203,7 @@ fn every_light_path_collects_the_same() {
         for path in [LightPath::Clustered, LightPath::PerLight, LightPath::Volumes] {
             assert_identical(&first, &draw(path), &path.to_string());
         }
-        // FORWARD has positions and normals of its own, in single floats.
+        // FORWARD computes positions and normals separately, in single floats.
         let forward = draw(LightPath::Forward);
         for (x, y) in places(&first) {
             let off = (nits(&first, x, y) - nits(&forward, x, y)).abs().max_element();
@@ -242,7 +242,7 @@ fn estimates_by_rays_converge_to_the_integral() {
             reference.render(&view, &TruthOptions { mode, ..POINT }, &|_, _| {})
         };
         let exact = render(false, Mode::Point).radiance[4 * 9 + 4];
-        // In the middle the ball faces the camera; nothing is before it.
+        // The middle of the ball faces the camera; nothing is before it.
         let estimate = render(true, Mode::Point).radiance[4 * 9 + 4];
         for (found, wanted) in estimate.into_iter().zip(exact) {
             // 256 samples of each strategy.

@@ -43,7 +43,7 @@ fn ball_and_block(material: Material) -> Scene {
     Scene { sky: Some(afternoon()), ..scene }
 }
 
-/// So many directions of the sky in each of so many frames.
+/// Settings with `sky_shadows` directions of the sky in each of `samples` frames.
 fn drawn(sky_shadows: u32, samples: u32) -> Settings {
     Settings { sky_shadows: Some(sky_shadows), samples, ..exact(EDGE, EDGE) }
 }
@@ -144,7 +144,7 @@ fn same_on_every_path(gpu: &Gpu, scene: &Scene) {
     assert!(apart <= EDGE * EDGE / 200, "{apart}");
 }
 
-/// Reflections on the screen take the share of the mirrored sky away that they replace, which must be what was added.
+/// Reflections on the screen take the share of the mirrored sky away that they replace, which must equal the share that was added.
 #[test]
 fn beside_reflections_lobes_keep_all_of_the_sky() {
     on_gpu(|gpu| {

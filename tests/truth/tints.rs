@@ -1,4 +1,5 @@
-//! Shadows of transparent surfaces on the device against the truth in 64 bits: what a light sends through them onto a wall, and where it does not.
+//! Shadows of transparent surfaces on the device against the truth in 64 bits: the light that passes through them onto a wall, and the cases in which
+//! none does.
 
 use crate::common::gpu::{Gpu, nits, on_gpu, places};
 use crate::common::stage::{add, beam, exact, lambert, plane, point, rectangle, spot, sun};
@@ -98,7 +99,7 @@ fn a_light_through_sheets_and_bodies_has_their_color_as_by_rays() {
             scene
         };
         let through = |veils| wall(sunlight(), veils);
-        // Smooth from texel to texel, of a colour and an alpha of their own, and as it lies or turned.
+        // A texture that is smooth from texel to texel in colour and alpha, mapped straight or turned.
         let painted = |map: UvMap| {
             let mut scene = wall(sunlight(), vec![(sheet(0.7), red(), at(above()))]);
             let texel = |index: u32| [(index % 8 * 30) as u8, (index / 8 * 30) as u8, 200, (index % 8 * 20) as u8];
@@ -160,7 +161,7 @@ fn lamps_and_beams_of_every_filter_are_tinted() {
         for (name, light) in lights {
             let red = || thin(Vec3::new(0.9, 0.2, 0.1));
             let sheets = || vec![(sheet(0.25), red(), turned(DVec3::new(0.15, 0.1, 3.0), 0.4))];
-            // Of a size, so that the last filter looks for what makes its penumbra.
+            // The light has a size, so that the last filter searches for the surfaces that cause its penumbra.
             let scene = wall(Light { casts_shadow: true, size: 0.05, ..light.clone() }, sheets());
             let (off, changed) = differences(gpu, &scene, &settings(LightPath::Loop, ShadowFilter::Pcss));
             println!("{name} of a size: median {:.1e}, changed {changed:.2}", quantile(&off, 0.5));
@@ -199,7 +200,7 @@ fn what_lies_before_a_sheet_or_behind_an_opaque_wall_has_no_tint() {
 fn what_stands_between_a_light_and_a_sheet_is_lit_whole() {
     on_gpu(|gpu| {
         let red = thin(Vec3::new(0.9, 0.2, 0.1));
-        // In view, a sheet and a card between it and the light.
+        // The camera sees a sheet, and a card between it and the light.
         let mut scene = wall(sun(DVec3::Z, 4.0), vec![(sheet(0.8), red, at(DVec3::Z * 0.2))]);
         add(&mut scene, sheet(0.3), lambert(0.5), at(DVec3::Z * 0.4));
         scene.objects[2].casts_shadow = CastsShadow::No;

@@ -199,8 +199,8 @@ fn a_path_is_looked_at_from_its_middle_and_must_keep_the_bound_at_all_moments() 
     for moment in held_out {
         assert!(number(moment, "error") <= 1.05 * number(moment, "default_error"), "{moment}");
     }
-    // The same again draws nothing twice. Times from other cameras are measured anew and may turn out otherwise: then the search goes on, and its new
-    // candidate gets a picture with light.
+    // A repeated search draws nothing twice. Times from other cameras are measured anew and may turn out otherwise: then the search goes on, and its
+    // new candidate gets a picture with light.
     let before = progress(&text(&output.stderr));
     let again = search(here, ["--max-loss", "5%"], &walk);
     let errors = text(&again.stderr);

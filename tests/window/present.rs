@@ -1,5 +1,5 @@
-//! Frames that are presented, on a surface without a display: bit by bit those of a renderer without any, through changes of size and the loss of
-//! the surface, and while others are made in another thread. Mesa offers plain images there, which are drawn through sRGB views.
+//! Frames that are presented, on a surface without a display: bit by bit equal to a renderer's frames without a surface, through changes of size and
+//! the loss of the surface, and while others are made in another thread. Mesa offers plain images there, which are drawn through sRGB views.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, channel};
@@ -44,9 +44,9 @@ fn ways() -> Vec<(&'static str, Scene, Settings)> {
 /// The way of a picture into a swapchain image.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum PresentPath {
-    /// It is drawn or copied into it.
+    /// The picture is drawn or copied into the image.
     Straight,
-    /// By ENCODE, as where no hardware encodes the image.
+    /// ENCODE draws it, as for an image that no hardware encodes.
     Encoded,
     /// As [`PresentPath::Straight`] and [`PresentPath::Encoded`], of a picture that is kept.
     Kept,
@@ -79,7 +79,7 @@ fn presenter(gpu: &Gpu, scene: &Scene, settings: &Settings, way: PresentPath) ->
     }
 }
 
-/// The same picture as [`rendered`], where no other came before it: ENCODE reads light that was never rounded to 8 bits.
+/// Returns the first picture of a new presenter, or [`rendered`]'s if nothing is encoded: ENCODE reads light that was never rounded to 8 bits.
 fn first(gpu: &Gpu, scene: &Scene, settings: &Settings, way: PresentPath) -> Picture {
     if matches!(way, PresentPath::Straight | PresentPath::Kept) {
         return rendered(gpu, scene, settings);
@@ -153,7 +153,7 @@ fn panels([width, height]: [u32; 2], shade: u8, with_texture: bool) -> Panels {
 }
 
 /// Panels change over the last picture, which is shown again without a frame of the scene, into each of the window's images. A copy holds the picture
-/// without the panels of this frame and of those before, and with the part of another picture beside it.
+/// without the panels of this frame and of earlier ones, and with the part of another picture beside it.
 #[test]
 fn a_picture_that_is_kept_is_shown_again_under_other_panels_bit_by_bit() {
     on_presenting_gpu(|gpu| {
@@ -373,7 +373,7 @@ fn what_changes_while_frames_are_made_is_in_them() {
         take(&mut presenter, (&scene, &second), (&wake, &woken));
         assert_identical(&shown(&mut presenter, &scene, "new"), &expected(&second, size), "the new frames");
 
-        // A light that the old frames do not have: those that are being made have it at its newest.
+        // A light that the old frames do not have: the frames that are being made get its newest value.
         let mut lit = scene.clone();
         lit.lights.push(Light { intensity: 0.0, ..scene.lights[0].clone() });
         let last = lit.lights.len() - 1;
@@ -401,7 +401,7 @@ fn what_changes_while_frames_are_made_is_in_them() {
         take(&mut presenter, (&scene, &third), (&wake, &woken));
         assert_identical(&shown(&mut presenter, &scene, "third"), &expected(&third, size), "those asked for last");
 
-        // The window takes another size: it waits for the frames that are being made, and those have the new size.
+        // The window takes another size: it waits for the frames that are being made, which have the new size.
         presenter.change(false);
         assert_eq!(presenter.fit_later(&scene, &second, &wake).expect("can be made"), FitOutcome::Pending);
         fit(&mut presenter, &scene, &second, SIZES[2]);
@@ -446,7 +446,7 @@ fn view_beside(gpu: &Gpu, way: PresentPath) {
     assert_identical(&shown(&mut presenter, &scene, "left"), &first(gpu, &scene, &mapped, way), "left of it");
     presenter.divide_at(0.0);
     assert_identical(&shown(&mut presenter, &scene, "right"), &beside, "right of it");
-    // On a path without such a view, the picture is shown alone.
+    // A path without this view shows the picture alone.
     let forward = Settings { light_path: LightPath::Forward, ..settings };
     presenter.change(false);
     take(&mut presenter, (&scene, &forward), (&wake, &woken));

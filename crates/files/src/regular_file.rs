@@ -24,7 +24,7 @@ pub fn read_regular(path: &Path, most_bytes: u64) -> io::Result<Vec<u8>> {
     let length = check(&file.metadata()?, most_bytes)?;
     let mut bytes = Vec::new();
     bytes.try_reserve_exact(usize::try_from(length).map_err(|_| too_large(most_bytes))?)?;
-    // The file may grow while it is read, and those of /proc say that they have no bytes.
+    // The file may grow while it is read, and files in /proc report a size of 0.
     file.take(most_bytes.saturating_add(1)).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > most_bytes { Err(too_large(most_bytes)) } else { Ok(bytes) }
 }

@@ -4,8 +4,8 @@ use std::env;
 use std::ffi::OsString;
 use std::path::PathBuf;
 
-/// Returns `afterlight` in the first of these that is set: `XDG_CACHE_HOME`; on Windows `%LOCALAPPDATA%`; on macOS `~/Library/Caches`; elsewhere `~/.cache`.
-/// `None` where none is: a user without a home has no cache.
+/// Returns `afterlight` in the first of these that is set: `XDG_CACHE_HOME`; on Windows `%LOCALAPPDATA%`; on macOS `~/Library/Caches`; elsewhere
+/// `~/.cache`. `None` for a user without a home, who has no cache.
 pub fn user_cache() -> Option<PathBuf> {
     user_cache_of(env::consts::OS, |name| env::var_os(name))
 }

@@ -1,5 +1,5 @@
-//! Files that appear whole or not at all: written under a name of their own beside their place, then renamed. A process that is killed leaves such a
-//! file behind; the next one that writes into the folder removes it.
+//! Files that appear whole or not at all: written under a temporary name in the same folder, then renamed. A killed process leaves its temporary file
+//! behind; the next process that writes into the folder removes it.
 
 use std::fs::{self, File};
 use std::io::{self, Write};
@@ -50,7 +50,7 @@ impl WholeFile {
     /// # Errors
     /// When its place cannot be written; then the file that was there stays.
     pub fn persist(self, place: &Path) -> io::Result<()> {
-        // On Windows this clears the attribute TEMPORARY. The file stays open, and locked, until it is in its place.
+        // `keep` also clears the attribute TEMPORARY on Windows. The file stays open, and locked, until it is in its place.
         let (_locked, path) = self.0.keep().map_err(|error| error.error)?;
         replace(&path, place).inspect_err(|_| _ = fs::remove_file(&path))
     }
@@ -66,8 +66,8 @@ impl Write for WholeFile {
     }
 }
 
-/// Renames `file` to `place`. Unlike the rename of tempfile, that of Rust's library replaces on Windows also a file that another program has open, if that
-/// program lets others delete it (`FILE_SHARE_DELETE`). Scanners and indexers do not, and close it soon.
+/// Renames `file` to `place`. Unlike tempfile's rename, the standard library's also replaces, on Windows, a file that another program has open, if
+/// that program lets others delete it (`FILE_SHARE_DELETE`). Scanners and indexers do not, but they close the file soon.
 fn replace(file: &Path, place: &Path) -> io::Result<()> {
     const PATIENCE: Duration = Duration::from_secs(1);
     let begun = Instant::now();

@@ -14,7 +14,7 @@ use super::sync::{Dependency, SyncVersion, Use};
 pub struct ImageRange {
     /// The image.
     pub image: vk::Image,
-    /// Its aspects, mip levels and layers.
+    /// The aspects, mip levels and layers.
     pub range: vk::ImageSubresourceRange,
 }
 
@@ -31,7 +31,7 @@ impl ImageRange {
         ImageRange { image, range }
     }
 
-    /// The same, but only `count` mip levels from `first`.
+    /// Narrows the range to `count` mip levels from `first`.
     pub fn levels(mut self, first: u32, count: u32) -> ImageRange {
         self.range.base_mip_level = first;
         self.range.level_count = count;

@@ -14,11 +14,11 @@ use super::owned::Owned;
 pub struct Buffer {
     /// The handle. It is valid as long as this owner.
     pub raw: vk::Buffer,
-    /// Its size in bytes.
+    /// The size in bytes.
     pub size: u64,
-    /// Its usage flags.
+    /// The usage flags.
     pub usage: vk::BufferUsageFlags,
-    /// Its name.
+    /// The name.
     pub name: String,
     owner: Owned<vk::Buffer>,
     // Locked while the CPU reads or writes; None only while it is dropped.
@@ -29,8 +29,7 @@ impl Buffer {
     /// A buffer of `size` bytes, whose content is undefined.
     ///
     /// # Errors
-    /// [`Error::Misuse`] for a size of 0; [`Error::TooLarge`] beyond what the device can bind for this usage;
-    /// [`Error::OutOfMemory`].
+    /// [`Error::Misuse`] for a size of 0; [`Error::TooLarge`] for more than the device can bind for this usage; [`Error::OutOfMemory`].
     pub fn new(
         device: &Arc<Device>,
         name: &str,
@@ -89,7 +88,7 @@ impl Buffer {
         Ok(Buffer { raw, size, usage, name: name.to_owned(), owner, memory: Mutex::new(Some(memory)) })
     }
 
-    /// Copies `data` into a mapped buffer, `offset` bytes from its start. The GPU must not be using those bytes; later submissions see them.
+    /// Copies `data` into a mapped buffer, `offset` bytes from its start. The GPU must not be using these bytes; later submissions see them.
     ///
     /// # Errors
     /// [`Error::Misuse`] if the buffer is not mapped or the bytes do not fit.

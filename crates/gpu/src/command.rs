@@ -1,4 +1,4 @@
-//! Command buffers, each with a pool of its own: recorded by one thread, and recorded anew when the GPU is done.
+//! Command buffers, each with its own pool: one thread records them, and records them anew once the GPU is done.
 
 use std::collections::HashSet;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock};
@@ -118,7 +118,7 @@ impl CommandBuffer {
     /// Ends recording. The recording can then be submitted, more than once if need be.
     ///
     /// # Errors
-    /// Running out of memory, also by what was recorded; [`Error::Misuse`] if it is not being recorded.
+    /// Running out of memory, possibly while it was recorded; [`Error::Misuse`] if it is not being recorded.
     pub fn end(&mut self) -> Result<()> {
         let mut state = self.lock();
         if state.phase != Phase::Recording {
@@ -147,7 +147,7 @@ impl CommandBuffer {
         self.lock().last
     }
 
-    /// Its name.
+    /// The name.
     pub fn name(&self) -> &str {
         self.pool.name()
     }

@@ -58,8 +58,8 @@ impl Drop for DescriptorPool {
 }
 
 impl DescriptorPool {
-    /// Room for `max_sets` sets with so many descriptors of each type in all. Types of which there are none are left
-    /// out, as Vulkan wants it.
+    /// A pool with room for `max_sets` sets and, over all of them, for the given number of descriptors of each type. Types with a count of 0 are left
+    /// out, as Vulkan requires.
     ///
     /// # Errors
     /// [`Error::Misuse`] for room for no set; running out of memory.
@@ -137,7 +137,7 @@ enum DescriptorInfo {
     Images(Vec<vk::DescriptorImageInfo>),
 }
 
-/// Collects what the bindings of a set shall refer to, then writes them at once.
+/// Collects the resources for the bindings of a set, then writes them all at once.
 #[derive(Clone, Default)]
 #[must_use = "nothing is written before `update`"]
 pub struct SetWriter {

@@ -27,7 +27,7 @@ use super::queues::Queue;
 use super::reuse::Reuse;
 use super::submission::{CountingQueue, Submissions};
 
-/// The optional features that are enabled: those of the device among the ones that this program has a use for.
+/// The optional features that are enabled: all features of the device that this program can use.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct EnabledFeatures {
     /// Depth is clamped instead of clipped: casters behind a light's near plane still cast.
@@ -209,8 +209,7 @@ impl Device {
     /// Opens the device that `choice` means.
     ///
     /// # Errors
-    /// [`Error::NoDriver`], [`Error::NoSuchDevice`], [`Error::Unsupported`] for a device of Vulkan 1.0; what the driver
-    /// reports.
+    /// [`Error::NoDriver`], [`Error::NoSuchDevice`], [`Error::Unsupported`] for a device of Vulkan 1.0; the driver's errors.
     pub fn new(instance: &Arc<Instance>, choice: &DeviceChoice) -> Result<Arc<Device>> {
         Device::with_extensions(instance, choice, &[])
     }
@@ -297,7 +296,7 @@ impl Device {
         }
     }
 
-    /// The labels of all regions that were opened since the last call, sorted. None where VK_EXT_debug_utils is not there.
+    /// The labels of all regions that were opened since the last call, sorted; empty without VK_EXT_debug_utils.
     pub fn take_labels(&self) -> Vec<String> {
         std::mem::take(&mut *self.labels.lock().unwrap_or_else(PoisonError::into_inner)).into_iter().collect()
     }
@@ -320,7 +319,7 @@ impl Device {
         self.shaders.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert_default();
     }
 
-    /// The SPIR-V that was kept, by the names of pipelines and their stages. None is kept from here on.
+    /// Returns the SPIR-V that was kept, by pipeline name and stage, and stops keeping it.
     pub fn take_shaders(&self) -> BTreeMap<String, Vec<u32>> {
         self.shaders.lock().unwrap_or_else(PoisonError::into_inner).take().unwrap_or_default()
     }

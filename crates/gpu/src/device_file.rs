@@ -1,7 +1,7 @@
 //! Files that are one device's and one driver's, on disk from run to run. A fault in one costs time later and is never an error of its reader.
 //!
-//! Each kind has a folder of its own in a variable (empty: no file), else they are in the user's cache. A file's content
-//! stands behind a header with length and checksum: drivers check their own header, but not all of them survive a file that is cut off or damaged behind it.
+//! An environment variable names the folder of each kind (empty: no file); without it, the files are in the user's cache. A file's content stands
+//! behind a header with length and checksum: drivers check their own header, but not all of them survive a file that is cut off or damaged behind it.
 
 use std::env;
 use std::fs;
@@ -16,7 +16,7 @@ use afterlight_files::whole_file::WholeFile;
 const MAGIC: [u8; 8] = *b"AFTLPC01";
 /// Magic, length (u64) and checksum (u64), little-endian.
 pub(super) const HEADER_BYTES: usize = 24;
-/// A larger file is not read: it is not ours, or it would take longer than what it saves.
+/// A larger file is not read: it is not ours, or reading it would take longer than it saves.
 pub(super) const MOST_BYTES: u64 = 256 << 20;
 
 /// A kind of file that a device has.
@@ -50,7 +50,7 @@ impl FileKind {
         ))
     }
 
-    /// The file's place; `None` where there is to be none.
+    /// The file's path; `None` if the variable is empty or the user has no cache.
     pub(super) fn place(self, physical: &PhysicalDevice) -> Option<PathBuf> {
         Some(self.place_in(&self.folder()?, physical))
     }

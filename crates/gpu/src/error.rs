@@ -1,11 +1,11 @@
-//! Errors on the way to the GPU. Each variant says what was being done.
+//! Errors of work on the GPU. Each variant says which operation failed.
 
 use ash::vk;
 
 /// The result of this module's fallible functions.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
-/// A failure, with what was being done. Displays as one line; the command line picks its exit code from the variant.
+/// A failure, with the operation that failed. Displays as one line; the command line picks its exit code from the variant.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// The Vulkan loader library is not there or does not work.
@@ -105,7 +105,7 @@ fn asked_bytes(bytes: Option<u64>) -> String {
 }
 
 impl Error {
-    /// From the result of a Vulkan command; running out of memory and a lost device become variants of their own.
+    /// Makes an error from the result of a Vulkan command; running out of memory and losing the device have their own variants.
     pub(super) fn vulkan(command: &str, doing: impl Into<String>, result: vk::Result) -> Error {
         let doing = by(command, &doing.into());
         match result {

@@ -50,7 +50,7 @@ impl Functions {
         unsafe { enabled(&self.synchronization2, "vkCmdPipelineBarrier2").cmd_pipeline_barrier2(cmd, info) };
     }
 
-    /// Records `vkCmdBeginRendering`. Vulkan has no object for it: the journal has this name, as that of a render pass.
+    /// Records `vkCmdBeginRendering`. It has no Vulkan object, so the journal uses `name` for it, as it does the name of a render pass.
     ///
     /// # Safety
     /// As the function of the extension.

@@ -14,9 +14,9 @@ use super::physical::PhysicalDevice;
 /// The description of a two-dimensional, optimally tiled image.
 #[derive(Clone, Copy, Debug)]
 pub struct ImageDesc<'a> {
-    /// Its name.
+    /// The name.
     pub name: &'a str,
-    /// Its format.
+    /// The format.
     pub format: vk::Format,
     /// Width and height of level 0 in texels.
     pub extent: vk::Extent2D,
@@ -24,17 +24,17 @@ pub struct ImageDesc<'a> {
     pub mip_levels: u32,
     /// The number of array layers, from 1.
     pub layers: u32,
-    /// Its six layers can be seen as the faces of a cube.
+    /// True if the six layers can be viewed as the faces of a cube.
     pub cube: bool,
     /// The samples a texel.
     pub samples: vk::SampleCountFlags,
-    /// Its usage flags.
+    /// The usage flags.
     pub usage: vk::ImageUsageFlags,
-    /// The format, of the same size, that shaders store to it as; undefined for its own.
+    /// The format of the view that shaders store through, of the same size; undefined for the image's own format.
     pub stored_as: vk::Format,
     /// The kind of memory it is allocated from.
     pub location: Location,
-    /// Its category in memory reports.
+    /// The category in memory reports.
     pub kind: MemoryKind,
 }
 
@@ -61,12 +61,12 @@ impl Default for ImageDesc<'_> {
 pub struct Image {
     /// The handle. It is valid as long as this owner.
     pub raw: vk::Image,
-    /// All levels and layers; of a depth format the depth aspect only. Null if the usage allows no view. Its type is
-    /// `TYPE_2D` for one layer, `TYPE_2D_ARRAY` for several.
+    /// A view of all levels and layers; for a depth format, of the depth aspect only. Null if the usage allows no view. The view type is `TYPE_2D`
+    /// for one layer, `TYPE_2D_ARRAY` for several.
     pub view: vk::ImageView,
-    /// The same for shaders that store to it, which may be in another format.
+    /// The view that shaders store through: like `view`, but possibly in another format.
     pub storage_view: vk::ImageView,
-    /// Its format.
+    /// The format.
     pub format: vk::Format,
     /// Width and height of level 0 in texels.
     pub extent: vk::Extent2D,
@@ -76,9 +76,9 @@ pub struct Image {
     pub layers: u32,
     /// The samples a texel.
     pub samples: vk::SampleCountFlags,
-    /// Its usage flags.
+    /// The usage flags.
     pub usage: vk::ImageUsageFlags,
-    /// Its name.
+    /// The name.
     pub name: String,
     owner: Owned<vk::Image>,
     view_owner: Option<Owned<vk::ImageView>>,
@@ -87,7 +87,7 @@ pub struct Image {
     memory: Option<Allocation>,
 }
 
-/// From this size on an image gets a device allocation of its own, which goes when it goes. Below, it shares a block.
+/// Images of at least this size get a dedicated device allocation, which is freed with the image. Smaller ones share a block.
 const DEDICATED_BYTES: u64 = 4 << 20;
 
 impl Image {
@@ -166,7 +166,7 @@ impl Image {
         self.view_of(&format!("{} layer {layer}", self.name), vk::ImageViewType::TYPE_2D, range)
     }
 
-    /// A `TYPE_2D_ARRAY` view of all of it, for shaders that name a layer also where there is one alone.
+    /// A `TYPE_2D_ARRAY` view of the whole image, for shaders that index a layer even if there is only one.
     ///
     /// # Errors
     /// Running out of memory.
@@ -184,7 +184,7 @@ impl Image {
         kind: vk::ImageViewType,
         range: vk::ImageSubresourceRange,
     ) -> Result<Owned<vk::ImageView>> {
-        // Its own format need not be one that shaders can store to.
+        // Shaders cannot necessarily store to the image's own format.
         let stays = if self.stored_as == vk::Format::UNDEFINED { self.usage } else { self.usage & !STORAGE };
         self.view_as((self.format, stays), name, kind, range)
     }
@@ -362,7 +362,7 @@ pub fn format_bytes(format: vk::Format) -> u32 {
     match format.as_raw() {
         1 | 9..=15 | 127 => 1,
         2..=8 | 16..=22 | 70..=76 | 124 => 2,
-        // D16_S8 has no packed form in a buffer: aspects are copied apart. Its size on the device is meant.
+        // D16_S8 has no packed form in a buffer, where aspects are copied separately: this is its size on the device.
         23..=36 | 128 => 3,
         37..=69 | 77..=83 | 98..=100 | 122 | 123 | 125 | 126 | 129 => 4,
         130 => 5,
@@ -376,8 +376,8 @@ pub fn format_bytes(format: vk::Format) -> u32 {
     }
 }
 
-/// Edge in texels and bytes of what a format stores as one: a texel, or a block of BC7 or ETC2. No bytes of other compressed and of
-/// multi-planar formats.
+/// Returns the edge in texels and the bytes of a format's smallest unit: a texel, or a block of BC7 or ETC2. Other compressed formats and
+/// multi-planar formats have 0 bytes.
 pub(super) fn format_block(format: vk::Format) -> (u32, u32) {
     match format {
         vk::Format::BC7_UNORM_BLOCK

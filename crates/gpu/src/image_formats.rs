@@ -1,4 +1,4 @@
-//! The formats of a window's images: the choice among those that a surface offers.
+//! The formats of a window's images, chosen from the formats that a surface offers.
 
 use ash::vk;
 
@@ -59,7 +59,7 @@ const OF_HDR: [(vk::Format, vk::ColorSpaceKHR); 3] = [
 /// The formats that a swapchain of this surface would have.
 ///
 /// # Errors
-/// [`Error::Unsupported`] for a surface that offers none; what the driver reports.
+/// [`Error::Unsupported`] if the surface offers no usable format; the driver's errors.
 pub fn image_formats(device: &Device, surface: &Surface, wish: ImageWish) -> Result<ImageFormats> {
     let offered = surface.formats(device)?;
     choose_formats(&offered, wish, device.features.mutable_swapchains)

@@ -28,8 +28,8 @@ pub enum Validation {
     Core,
     /// The core checks and synchronization, with no limit on how often a message repeats.
     Synchronization,
-    /// Checks of memory's content at each use: the layer adds code to shaders, and passes of its own. They replace the core checks, which do not go
-    /// with them. A device is opened with the features that the added code needs; with layers before 1.4.310 with robust buffer access, too.
+    /// Checks of memory content at each use: the layer adds code to shaders, and its own passes. They replace the core checks, which cannot be
+    /// combined with them. A device is opened with the features that the added code needs; with layers before 1.4.310 with robust buffer access, too.
     GpuAssisted,
     /// The core checks, and advice on uses that are allowed and yet unwise, on some device at least.
     BestPractices,
@@ -40,7 +40,7 @@ pub enum Validation {
 pub struct InstanceOptions {
     /// The checks of the validation layer. Anything but `Off` needs the layer to be installed.
     pub validation: Validation,
-    /// With `Synchronization`: also account for what shaders access, as far as the layer can tell from their code
+    /// With `Synchronization`, also checks the accesses of shaders, as far as the layer can tell them from shader code
     /// (`syncval_shader_accesses_heuristic`). Layers that do not know the setting are not given it.
     pub sync_shader_heuristic: bool,
     /// Devices have the measurements of earlier runs ([`super::PhysicalDevice::calibration`]). Without, a plan depends on the device and its driver
@@ -52,9 +52,9 @@ pub struct InstanceOptions {
 /// A layer that the loader found.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LayerInfo {
-    /// Its name, as `VK_LAYER_KHRONOS_validation`.
+    /// The name, as `VK_LAYER_KHRONOS_validation`.
     pub name: String,
-    /// Its description of itself.
+    /// The layer's description of itself.
     pub description: String,
     /// The Vulkan version that it was written for, packed as Vulkan packs it.
     pub spec_version: u32,
@@ -107,7 +107,7 @@ pub(super) struct InstanceHandles {
     pub(super) api_version: u32,
     pub(super) has_debug_utils: bool,
     messenger: Option<(ash::ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
-    // Its functions and the log that the messenger writes to are used until the instance is destroyed.
+    // The entry and the log must outlive the instance: the instance uses the entry's functions, and its messenger writes to the log.
     pub(super) entry: ash::Entry,
     log: Arc<MessageLog>,
 }
@@ -169,7 +169,7 @@ impl Instance {
         }))
     }
 
-    /// Every device of every driver, in the loader's order, also those that this program cannot use.
+    /// Every device of every driver, in the loader's order, including devices that this program cannot use.
     ///
     /// # Errors
     /// [`Error::NoDriver`] if there is none.
@@ -298,7 +298,7 @@ fn enumerate_layers(entry: &ash::Entry) -> Result<Vec<LayerInfo>> {
     Ok(layers.iter().map(info).collect())
 }
 
-/// The instance extensions of a layer, or without one those of the loader and the drivers.
+/// Lists the instance extensions of a layer or, without a layer, of the loader and the drivers.
 pub(super) fn enumerate_extensions(entry: &ash::Entry, layer: Option<&CStr>) -> Result<BTreeSet<String>> {
     // SAFETY: the layer's name, if any, comes from the list of layers.
     let extensions = unsafe { entry.enumerate_instance_extension_properties(layer) }
@@ -442,7 +442,7 @@ impl Extensions {
         let mut names = required.to_vec();
         names.extend(debug_utils.then_some(ash::ext::debug_utils::NAME));
         names.extend(portability.then_some(ash::khr::portability_enumeration::NAME));
-        // Without it, surfaces do not tell of their formats of HDR.
+        // Surfaces list their HDR formats only with this extension.
         let shows = required.contains(&ash::khr::surface::NAME);
         names.extend((shows && has(COLOR_SPACES)).then_some(COLOR_SPACES));
         names.extend(match validation.interface {
@@ -496,7 +496,7 @@ fn create(
     // keeps until after the instance is destroyed.
     match unsafe { entry.create_instance(&info, None) } {
         Err(vk::Result::ERROR_INCOMPATIBLE_DRIVER) => Err(no_driver("the loader found none that it can use")),
-        // Its manifest is there, its library is not.
+        // The layer's manifest exists, but its library does not.
         Err(vk::Result::ERROR_LAYER_NOT_PRESENT) => Err(Error::MissingLayer {
             layer: KHRONOS_VALIDATION.to_string_lossy().into_owned(),
             hint: system::hint(VulkanComponent::ValidationLayer),

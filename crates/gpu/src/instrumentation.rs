@@ -10,7 +10,7 @@ use super::physical::PhysicalDevice;
 /// The version of the layer from which on it reports no access that robust buffer access defines: somewhere after 1.4.309, which does, up to 1.4.363.
 pub(super) const ROBUST_IS_RIGHT: u32 = vk::make_api_version(0, 1, 4, 310);
 
-/// The features that are enabled for the layer's sake. Layers force those that are needed and left out, and warn of that.
+/// The features that are enabled for the layer's sake. A layer forces on the features that it needs and does not find enabled, and warns of that.
 #[derive(Default)]
 pub(super) struct Instrumentation {
     core: vk::PhysicalDeviceFeatures,
@@ -19,7 +19,7 @@ pub(super) struct Instrumentation {
 }
 
 impl Instrumentation {
-    /// Returns those features that the device has; only the first two are essential, and layers leave out the checks that need the rest.
+    /// Returns the instrumentation features that the device has. Only the first two are essential; layers leave out the checks that need the others.
     pub(super) fn of(instance: &Instance, physical: &PhysicalDevice) -> Result<Instrumentation> {
         let has = &physical.features;
         let essential = [
@@ -68,7 +68,7 @@ impl Instrumentation {
         Ok(Instrumentation { core, vulkan11: Some(vulkan11), vulkan12: Some(vulkan12) })
     }
 
-    /// Adds its features of Vulkan 1.0 to those that the program uses.
+    /// Adds the instrumentation's features of Vulkan 1.0 to the program's.
     pub(super) fn with(&self, features: vk::PhysicalDeviceFeatures) -> vk::PhysicalDeviceFeatures {
         let either = |a, b| vk::Bool32::from(a == vk::TRUE || b == vk::TRUE);
         let core = &self.core;

@@ -4,8 +4,8 @@
 //! destroys it once the last submission made so far has completed; so an early `?` never pulls memory from under the
 //! GPU. Owners hold an [`Arc<Device>`](Device), and a device holds its instance: owners may be dropped in any order.
 //!
-//! Helpers fill in `sType` and subresource ranges. They never choose a stage, an access or a layout: those stand at the
-//! call, or come to it from the caller's table.
+//! Helpers fill in `sType` and subresource ranges. They never choose a stage, an access or a layout: these stand at the call, or come to it from the
+//! caller's table.
 //!
 //! **Contract on handles.** Functions here take raw `vk` handles as Vulkan does. A handle must come from a live owner
 //! of the same device, and a `vk::CommandBuffer` that is recorded into must be in the recording state, used by one

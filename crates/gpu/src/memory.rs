@@ -57,14 +57,13 @@ impl fmt::Display for MemoryKind {
 /// The kind of memory an object is allocated from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Location {
-    /// On the device.
+    /// Device memory.
     Device,
-    /// Mapped, written by the CPU and read by the device; on the device too where there is such memory.
+    /// Mapped memory that the CPU writes and the device reads; also device-local if there is a memory type for that.
     Upload,
-    /// Mapped, written by the device and read by the CPU; cached where possible.
+    /// Mapped memory that the device writes and the CPU reads; cached if possible.
     ReadBack,
-    /// For transient attachments: taken only when a tile does not hold them, where there is such memory; else on the
-    /// device.
+    /// Lazily allocated memory for transient attachments, taken only if a tile does not hold them; device memory if no memory type is lazy.
     Lazy,
 }
 
@@ -125,9 +124,9 @@ const MIB: u64 = 1 << 20;
 /// The allocator of one device.
 pub(super) struct MemoryAllocator {
     types: Vec<vk::MemoryType>,
-    /// Incoherent memory is flushed and invalidated in units of so many bytes: `nonCoherentAtomSize`.
+    /// The unit in bytes in which incoherent memory is flushed and invalidated: `nonCoherentAtomSize`.
     atom: u64,
-    // None once it is closed, which only the device's drop does.
+    // `None` once it is closed, which only the device's drop does.
     allocator: Mutex<Option<Allocator>>,
 }
 
@@ -199,9 +198,9 @@ impl MemoryAllocator {
         }
     }
 
-    /// An object's requirements in these memory types, of which the allocator takes the first. An object in memory that is mapped and not coherent has
-    /// its atoms for itself: a neighbour's flush or invalidation would undo what the GPU or another thread writes, and the last atom must end before
-    /// the memory does.
+    /// An object's requirements, restricted to these memory types, of which the allocator takes the first. An object in mapped memory that is not
+    /// coherent gets whole atoms: otherwise flushing or invalidating a neighbour would undo writes of the GPU or of another thread. The last atom
+    /// must end before the memory does.
     fn in_whole_atoms(&self, need: &MemoryNeed<'_>, memory_type_bits: u32) -> vk::MemoryRequirements {
         let requirements = vk::MemoryRequirements { memory_type_bits, ..need.requirements };
         let first = self.types.get(memory_type_bits.trailing_zeros() as usize);
@@ -233,7 +232,7 @@ impl MemoryAllocator {
         }
     }
 
-    /// Reports what is still allocated, then gives all memory back to the driver.
+    /// Reports allocations that were never freed, then gives all memory back to the driver.
     pub(super) fn close(&self, log: &MessageLog) {
         let Some(allocator) = self.lock().take() else { return };
         for allocation in allocator.generate_report().allocations {
@@ -256,8 +255,8 @@ fn is_incoherent(flags: vk::MemoryPropertyFlags) -> bool {
     flags.contains(vk::MemoryPropertyFlags::HOST_VISIBLE) && !flags.contains(vk::MemoryPropertyFlags::HOST_COHERENT)
 }
 
-/// The command that failed an allocation, and its result. The allocator keeps most results of a driver as text only. None if the allocator objects to
-/// the request itself.
+/// The command that failed an allocation, and its result; `None` if the allocator objects to the request itself. The allocator keeps most results of
+/// a driver as text only.
 fn cause_of(error: &AllocationError) -> Option<(&'static str, vk::Result)> {
     const RESULTS: [vk::Result; 5] = [
         vk::Result::ERROR_OUT_OF_HOST_MEMORY,
@@ -291,14 +290,14 @@ pub(super) fn leak(text: String) -> Message {
 pub struct KindReport {
     /// The number of objects.
     pub objects: usize,
-    /// Their memory in bytes, as the driver sizes it.
+    /// The objects' memory in bytes, as the driver sizes it.
     pub bytes: u64,
 }
 
 /// A heap as the driver sees it: all programs' use of it, not only this one's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct HeapReport {
-    /// Its size in bytes.
+    /// The size in bytes.
     pub size: u64,
     /// The bytes of it that this program uses and can use, if the driver tells (VK_EXT_memory_budget).
     pub usage_and_budget: Option<(u64, u64)>,

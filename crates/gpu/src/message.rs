@@ -34,13 +34,13 @@ pub enum MessageKind {
 /// One message of a layer, the loader, a driver or this module.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Message {
-    /// Its severity.
+    /// The severity.
     pub severity: Severity,
-    /// Its source.
+    /// The source.
     pub kind: MessageKind,
     /// The rule's name, as `VUID-vkCmdDraw-None-02697`; may be empty.
     pub id_name: String,
-    /// The names of the objects that it is about, of those that have one.
+    /// The names of the objects that the message is about; objects without a name are left out.
     pub objects: Vec<String>,
     /// The whole text, possibly of several lines.
     pub text: String,
@@ -118,8 +118,7 @@ impl MessageLog {
         self.lock().dropped
     }
 
-    /// Appends each message that is kept to a file as it comes, after those that are there already, so that they outlive a process that crashes.
-    /// `None` ends it.
+    /// Appends the kept messages to a file, then each further one as it comes, so that they survive a crash of the process. `None` ends it.
     pub fn tell_to(&self, file: Option<File>) {
         let mut state = self.lock();
         state.file = file;

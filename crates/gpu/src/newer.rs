@@ -21,7 +21,7 @@ pub struct UnifiedLayoutsFeatures<'a> {
     p_next: *mut c_void,
     /// Images may stay in GENERAL without a loss.
     pub unified_image_layouts: vk::Bool32,
-    /// And those of video codecs.
+    /// Images of video codecs may do so as well.
     unified_image_layouts_video: vk::Bool32,
     marker: PhantomData<&'a ()>,
 }

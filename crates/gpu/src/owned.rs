@@ -55,7 +55,7 @@ pub struct Owned<H: Destroy> {
     pub raw: H,
     name: Arc<str>,
     id: ObjectId,
-    /// Of a pipeline that is kept when it is dropped.
+    /// The content of a pipeline that is kept for reuse when this owner is dropped.
     content: Option<Box<ContentHash>>,
     device: Arc<Device>,
 }

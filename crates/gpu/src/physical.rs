@@ -52,7 +52,7 @@ pub struct PhysicalDevice {
     pub newer: NewerFeatures,
     /// Memory types and heaps.
     pub memory: vk::PhysicalDeviceMemoryProperties,
-    /// The device extensions that can be enabled: those of `broken` are left out.
+    /// The device extensions that can be enabled, without the ones in `broken`.
     pub extensions: BTreeSet<String>,
     /// Extensions that the device lists and that it does not open with. Empty before it was opened.
     pub broken: Vec<&'static CStr>,
@@ -317,8 +317,8 @@ impl NewerFeatures {
         // SAFETY: the device was listed by this instance, and the structures live until the call returns.
         unsafe { instance.raw.get_physical_device_features2(raw, &mut query) };
         // "If the VK_KHR_dynamic_rendering_local_read extension is not supported, Vulkan 1.4 implementations must support local read only for storage
-        // resources and single sampled color attachments." (Specification, "Core Revisions".) Lavapipe has the extension, and says by these properties that
-        // it cannot do the rest: they are believed where there are any.
+        // resources and single sampled color attachments." (Specification, "Core Revisions".) Lavapipe has the extension, yet says by these
+        // properties that it cannot do the rest. The properties are believed where they exist.
         let mut read = Vulkan14Properties::default();
         let unasked = can_unasked(api_version).into();
         (read.local_read_depth, read.local_read_samples) = (unasked, unasked);
@@ -430,7 +430,7 @@ impl fmt::Display for DeviceChoice {
 /// The index of the device that `choice` means.
 ///
 /// # Errors
-/// [`Error::NoSuchDevice`] with the names of those that exist; [`Error::Unsupported`] if the device cannot be used.
+/// [`Error::NoSuchDevice`] with the names of the devices that exist; [`Error::Unsupported`] if the device cannot be used.
 pub fn choose(devices: &[PhysicalDevice], choice: &DeviceChoice) -> Result<usize> {
     let described: Vec<DeviceCandidate<'_>> = devices
         .iter()
@@ -453,7 +453,7 @@ fn choose_among(devices: &[DeviceCandidate<'_>], choice: &DeviceChoice) -> Resul
         DeviceChoice::Name(part) => device.name.to_lowercase().contains(&part.to_lowercase()),
     };
     let matching = devices.iter().enumerate().filter(|&(index, device)| matches(index, device));
-    // The first of equals, so that the loader's order (and what configures it) has the last word.
+    // Among equals `min_by_key` returns the first, so the loader's order (and whatever configures it) has the last word.
     let best = matching.min_by_key(|(_, device)| (device.unusable.is_some(), rank(device.kind)));
     match best {
         Some((index, DeviceCandidate { unusable: None, .. })) => Ok(index),

@@ -17,7 +17,7 @@ pub struct ShaderStage<'a> {
     pub spirv: &'a [u32],
     /// The entry point's name.
     pub entry: &'a CStr,
-    /// Its stage.
+    /// The stage.
     pub stage: vk::ShaderStageFlags,
     /// Specialization constants: id and the bits of the 32-bit value (0 or 1 for a bool).
     pub constants: &'a [(u32, u32)],
@@ -28,16 +28,16 @@ pub struct ShaderStage<'a> {
 pub struct DepthState {
     /// The depth test that fragments must pass.
     pub test: vk::CompareOp,
-    /// True if those that pass write their depth.
+    /// True if fragments that pass write their depth.
     pub write: bool,
 }
 
 /// A graphics pipeline that draws triangle lists. Viewport and scissor are dynamic.
 #[derive(Clone, Copy, Debug)]
 pub struct GraphicsPipelineDesc<'a> {
-    /// Its name.
+    /// The name.
     pub name: &'a str,
-    /// Its shaders.
+    /// The shaders.
     pub stages: &'a [ShaderStage<'a>],
     /// The vertex buffers; none for triangles that the shader makes.
     pub vertex_bindings: &'a [vk::VertexInputBindingDescription],
@@ -72,7 +72,7 @@ pub enum PipelinePlace {
     Rendering(RenderingPlace),
 }
 
-/// The attachments of `vkCmdBeginRendering`, and what a part of its draws uses them for.
+/// The attachments of `vkCmdBeginRendering`, and their use by a part of its draws.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
 pub struct RenderingPlace {
     /// The formats of the colour attachments.
@@ -93,7 +93,7 @@ impl RenderingPlace {
         vk::RenderingAttachmentLocationInfoKHR::default().color_attachment_locations(&self.locations)
     }
 
-    /// Their indices as input attachments, likewise.
+    /// The attachments' indices as input attachments, as a command and a pipeline take them.
     pub fn input_info(&self) -> vk::RenderingInputAttachmentIndexInfoKHR<'_> {
         let mut info = vk::RenderingInputAttachmentIndexInfoKHR::default().color_attachment_input_indices(&self.inputs);
         info.p_depth_input_attachment_index = &raw const self.depth_input;
@@ -101,7 +101,7 @@ impl RenderingPlace {
         info
     }
 
-    /// The blend state of each attachment: that of its location, or one that writes nothing.
+    /// The blend state of each attachment: the state at its location, or a state that writes nothing.
     fn blend(
         &self,
         by_location: &[vk::PipelineColorBlendAttachmentState],
@@ -118,8 +118,7 @@ impl GraphicsPipeline {
     /// Compiles a graphics pipeline, through the device's pipeline cache.
     ///
     /// # Errors
-    /// [`Error::Unsupported`] for depth clamping that the device lacks; [`Error::Misuse`] for what is no SPIR-V; what
-    /// the driver reports.
+    /// [`Error::Unsupported`] for depth clamping that the device lacks; [`Error::Misuse`] for code that is not SPIR-V; the driver's errors.
     pub fn new(device: &Arc<Device>, desc: &GraphicsPipelineDesc<'_>) -> Result<GraphicsPipeline> {
         if desc.depth_clamp && !device.features.depth_clamp {
             let lacks = format!("'{}' cannot clamp depth, as '{}' needs", device.physical.name, desc.name);
@@ -187,7 +186,7 @@ impl GraphicsPipeline {
 /// Compiles a compute pipeline, through the device's pipeline cache.
 ///
 /// # Errors
-/// [`Error::Misuse`] for what is no SPIR-V; what the driver reports.
+/// [`Error::Misuse`] for code that is not SPIR-V; the driver's errors.
 pub fn compute_pipeline(
     device: &Arc<Device>,
     name: &str,

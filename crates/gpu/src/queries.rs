@@ -47,7 +47,7 @@ impl Timestamps {
         Ok(Some(Timestamps { pool, max, labels: Vec::new(), valid_bits, period_ns }))
     }
 
-    /// Forgets all points. For the start of a command buffer, outside of render passes.
+    /// Forgets all points. It is recorded at the start of a command buffer, outside of render passes.
     pub fn reset(&mut self, cmd: vk::CommandBuffer) {
         self.labels.clear();
         // SAFETY: the command buffer is recording (the module's contract), and the pool is alive.
@@ -106,7 +106,7 @@ impl Timestamps {
     }
 }
 
-/// The ticks from `start` to `end` of a counter of so many bits, which may have wrapped once between them.
+/// The ticks from `start` to `end` of a counter of `valid_bits` bits, which may have wrapped once between them.
 fn ticks_between(start: u64, end: u64, valid_bits: u32) -> u64 {
     let mask = 1_u64.checked_shl(valid_bits).map_or(u64::MAX, |next| next - 1);
     end.wrapping_sub(start) & mask

@@ -32,7 +32,7 @@ pub struct SubpassDesc<'a> {
     pub preserve: &'a [u32],
 }
 
-/// A dependency between two subpasses, or of one with what comes before or after the render pass (`vk::SUBPASS_EXTERNAL`).
+/// A dependency between two subpasses, or between a subpass and the work before or after the render pass (`vk::SUBPASS_EXTERNAL`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct SubpassOrder {
     /// The two subpasses.
@@ -104,8 +104,8 @@ impl RenderPass {
             SyncVersion::Two => ("vkCreateRenderPass2", create2(device, parts, SyncVersion::Two, None)),
         };
         let raw = raw.doing(command, || format!("creating the render pass '{name}'"))?;
-        // Render passes are compatible if they differ in layouts, loads and stores only; telling apart those that differ there costs little.
-        // Layer 1.3.239 takes two that were made by the two APIs for incompatible: of the second it does not see the masks.
+        // Render passes that differ only in layouts, loads and stores are compatible; distinguishing them here costs little. Layer 1.3.239 takes two
+        // render passes for incompatible if they were made by the two APIs: it does not see the masks of the second API.
         let RenderPassParts { sync, attachments, subpasses, dependencies } = parts;
         device.reuse.note(raw, (sync, attachments, subpasses, dependencies));
         Ok(Owned::new_from(device, name, raw))
@@ -224,7 +224,7 @@ fn create2(
             .final_layout(own.final_layout)
     };
     let attachments: Vec<_> = attachments.iter().map(attachment).collect();
-    // An input attachment names its aspect here: that of a layout of depth.
+    // A reference names the aspect of its input attachment here: depth for a depth format.
     let aspect = |index: u32| match attachments.get(index as usize) {
         Some(own) if is_depth(own.format) => vk::ImageAspectFlags::DEPTH,
         _ => vk::ImageAspectFlags::COLOR,

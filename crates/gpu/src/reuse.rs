@@ -28,7 +28,7 @@ pub(super) struct Reuse(Mutex<ReuseState>);
 struct ReuseState {
     /// The contents of the layouts and render passes that pipelines are made with.
     contents: HashMap<(vk::ObjectType, u64), ContentHash>,
-    /// In the order in which they were given up.
+    /// The dropped pipelines, oldest first.
     kept: VecDeque<(ContentHash, vk::Pipeline, ObjectId)>,
 }
 

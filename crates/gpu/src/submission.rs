@@ -61,7 +61,7 @@ struct QueueState {
     queues: [Option<CountingQueue>; 3],
     /// A thread that waits for a fence holds it too, and nobody resets it meanwhile.
     pending: VecDeque<(u64, Arc<vk::Fence>)>,
-    /// Signalled; those that nobody waits for any more can be reset.
+    /// Signalled fences. A fence that nobody waits for any more can be reset.
     done: Vec<Arc<vk::Fence>>,
     free: Vec<vk::Fence>,
 }
@@ -146,7 +146,7 @@ impl Submissions {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Takes note of the fences that have signalled, up to that of submission `last`. Fences of later submissions are not asked: a layer takes an
+    /// Notes which fences have signalled, up to the fence of submission `last`. Fences of later submissions are not queried: a layer takes a query's
     /// answer for a wait, and would then see no hazard with the finished work (`tests/sync/necessity.rs`).
     fn poll(&self, device: &ash::Device, state: &mut QueueState, last: u64) -> Result<()> {
         while let Some((serial, fence)) = state.pending.front()
@@ -351,7 +351,7 @@ impl Device {
         unsafe { self.raw.queue_submit(batch.queue, &[info], batch.fence) }
     }
 
-    /// The same by synchronization2, where each semaphore has its stages.
+    /// Submits by synchronization2, where each semaphore has its stages.
     fn queue_submit2(
         &self,
         batch: &Batch<'_>,
@@ -466,7 +466,7 @@ fn settled(mut wait: impl FnMut() -> Result<()>, mut pause: impl FnMut()) -> boo
     for _ in 0..TRIES {
         match wait() {
             Err(Error::OutOfMemory { .. }) => pause(),
-            // Any other failure is that of a lost device, which uses nothing any more.
+            // Any other failure means a lost device, which uses nothing any more.
             _ => return true,
         }
     }

@@ -57,7 +57,7 @@ impl Surface {
     /// The surface of a window, for an instance with [`surface_extensions`].
     ///
     /// # Errors
-    /// [`Error::Unsupported`] for a window that has no handle now; what the driver reports.
+    /// [`Error::Unsupported`] for a window that has no handle now; the driver's errors.
     pub fn new<W>(device: &Device, window: Arc<W>) -> Result<Arc<Surface>>
     where
         W: HasDisplayHandle + HasWindowHandle + Send + Sync + 'static,
@@ -75,7 +75,7 @@ impl Surface {
     /// A surface that no display shows, for an instance with the extensions [`HEADLESS`]: code that presents frames runs as it does in a window.
     ///
     /// # Errors
-    /// [`Error::Unsupported`] where the instance does not have the extensions; what the driver reports.
+    /// [`Error::Unsupported`] if the instance does not have the extensions; the driver's errors.
     pub fn headless(device: &Device) -> Result<Arc<Surface>> {
         let instance = &device.instance;
         if !HEADLESS.iter().all(|name| instance.has_extension(name)) {

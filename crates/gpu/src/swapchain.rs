@@ -32,7 +32,7 @@ pub enum Vsync {
 pub struct SwapchainDesc {
     /// The images to ask for.
     pub images: ImageWish,
-    /// The usage of the images, unless a shader encodes what they show: then that shader draws into them, and they have no other use.
+    /// The usage of the images, unless a shader encodes their content: then that shader draws into them, and they have no other use.
     pub usage: vk::ImageUsageFlags,
     /// Further usage, where the surface allows it.
     pub wishes: vk::ImageUsageFlags,
@@ -51,7 +51,7 @@ pub enum Fit {
     Suboptimal,
     /// It is not shown any more: another one is needed.
     OutOfDate,
-    /// The surface is gone: another one is needed, with a swapchain of its own.
+    /// The surface is gone: a new surface is needed, and a new swapchain for it.
     SurfaceLost,
 }
 
@@ -60,7 +60,7 @@ pub enum Fit {
 pub enum Acquired {
     /// The image of this index, once the semaphore is signalled.
     Image(usize, Fit),
-    /// None, and the semaphore is as it was.
+    /// No image; the semaphore is unchanged.
     Nothing(Fit),
 }
 
@@ -80,13 +80,13 @@ pub struct Swapchain {
     functions: ash::khr::swapchain::Device,
     /// The images, by index.
     pub images: Vec<PresentableImage>,
-    /// Their formats.
+    /// The images' formats.
     pub formats: ImageFormats,
-    /// Their size in pixels.
+    /// The images' size in pixels.
     pub extent: vk::Extent2D,
     /// The present mode.
     pub present_mode: vk::PresentModeKHR,
-    /// The usage of the images: as asked for, with those of the wishes that the surface allows.
+    /// The usage of the images: the usage asked for, and the wishes that the surface allows.
     pub usage: vk::ImageUsageFlags,
     _surface: Arc<Surface>,
     device: Arc<Device>,
@@ -100,7 +100,7 @@ impl Swapchain {
     /// are waited for and destroyed.
     ///
     /// # Errors
-    /// [`Error::Unsupported`] for a surface without a format or usage that is needed; what the driver reports.
+    /// [`Error::Unsupported`] for a surface without a format or usage that is needed; the driver's errors.
     pub fn new(
         device: &Arc<Device>,
         surface: &Arc<Surface>,
@@ -237,11 +237,11 @@ impl Swapchain {
 
 impl Drop for Swapchain {
     fn drop(&mut self) {
-        // A fence says when a submission is done, and nothing says that of presentation's wait for a semaphore, short of
-        // VK_EXT_swapchain_maintenance1. But it is a queue operation, and waiting for the queue waits for all of these that are outstanding
-        // (specification, "Queue Operation").
+        // A fence says when a submission is done, but without VK_EXT_swapchain_maintenance1 nothing says when presentation has waited for its
+        // semaphore. That wait is a queue operation, though, and waiting for the queue waits for all its outstanding operations (specification,
+        // "Queue Operation").
         if !self.device.settle() {
-            // Its images stay as well, and with them the device, which they hold, and the surface.
+            // The images stay as well, with the device that they hold, and so does the surface.
             let log = self.device.instance.message_log();
             log.push(leak("the swapchain stays: there was no memory to wait for presentation's end".into()));
             std::mem::take(&mut self.images).into_iter().for_each(std::mem::forget);
@@ -279,7 +279,7 @@ fn misfit(result: vk::Result) -> Option<Fit> {
     }
 }
 
-/// Returns the usage of the images: the required one, with those of the wishes that the surface supports.
+/// Returns the usage of the images: the required one, and the wishes that the surface supports.
 fn usage_of(
     device: &Device,
     desc: &SwapchainDesc,

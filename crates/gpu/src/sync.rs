@@ -1,17 +1,16 @@
 //! The vocabulary of dependencies: a use is a pipeline stage with its accesses.
 //!
-//! Uses are written with the flags of VK_KHR_synchronization2, which has the old ones in its lower 32 bits and finer ones above: COPY and BLIT in place of
-//! TRANSFER, SHADER_SAMPLED_READ in place of SHADER_READ. [`Use::coarse`] returns what the first API can say.
+//! Uses are written with the flags of VK_KHR_synchronization2, which has the old ones in its lower 32 bits and finer ones above: COPY and BLIT in
+//! place of TRANSFER, SHADER_SAMPLED_READ in place of SHADER_READ. [`Use::coarse`] translates a use to the flags of the first API.
 
 use ash::vk;
 
-/// A stage and what it does to memory there. Passes have a constant for each of their uses; a dependency is written by naming
-/// the uses that it orders.
+/// A stage and its memory accesses. Passes have a constant for each of their uses; a dependency is written by naming the uses that it orders.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Use {
     /// One stage, or several.
     pub stage: vk::PipelineStageFlags2,
-    /// Its accesses to memory.
+    /// The memory accesses.
     pub access: vk::AccessFlags2,
 }
 
@@ -49,9 +48,9 @@ const FINER_ACCESSES: &[(vk::AccessFlags2, vk::AccessFlags2)] = &[
 ];
 
 impl Use {
-    /// Before a dependency that waits for nothing.
+    /// The source of a dependency that waits for nothing.
     pub const START: Self = Self::new(vk::PipelineStageFlags2::TOP_OF_PIPE, vk::AccessFlags2::empty());
-    /// After a dependency that holds nothing back.
+    /// The destination of a dependency that holds nothing back.
     pub const END: Self = Self::new(vk::PipelineStageFlags2::BOTTOM_OF_PIPE, vk::AccessFlags2::empty());
 
     /// A stage with its accesses.
@@ -59,7 +58,7 @@ impl Use {
         Self { stage, access }
     }
 
-    /// For tables of constants: `|` of flags is not const.
+    /// Unites two uses, in constants too: `|` of flags is not const.
     pub const fn or(self, other: Self) -> Self {
         Self {
             stage: vk::PipelineStageFlags2::from_raw(self.stage.as_raw() | other.stage.as_raw()),
@@ -67,12 +66,12 @@ impl Use {
         }
     }
 
-    /// The same stages with the write accesses alone.
+    /// Keeps the stages and, of the accesses, the writes.
     pub const fn writes(self) -> Self {
         Self { access: vk::AccessFlags2::from_raw(self.access.as_raw() & WRITES), ..self }
     }
 
-    /// The same in the words of the first API, which has fewer of them: it orders at least as much.
+    /// Translates to the flags of the first API, which has fewer of them: the result orders at least as much.
     pub fn coarse(self) -> Self {
         let stage = FINER_STAGES.iter().fold(self.stage, |all, &(fine, coarse)| match all.intersects(fine) {
             true => all & !fine | coarse,
@@ -85,8 +84,8 @@ impl Use {
         Self { stage, access }
     }
 
-    /// The same with the finer accesses of shaders, whichever it had: of one resource they read by samplers and texel loads where `is_sampled`, and storage
-    /// otherwise.
+    /// Replaces accesses of shaders, coarse or fine, by fine ones for one resource: reads by samplers and texel loads if `is_sampled`, otherwise
+    /// storage reads; writes are storage writes.
     pub fn of_shaders(self, is_sampled: bool) -> Self {
         use vk::AccessFlags2 as A;
         let read = if is_sampled { A::SHADER_SAMPLED_READ } else { A::SHADER_STORAGE_READ };
@@ -106,12 +105,12 @@ impl Use {
         (vk::PipelineStageFlags::from_raw(stage.as_raw() as u32), vk::AccessFlags::from_raw(access.as_raw() as u32))
     }
 
-    /// Its stages in Vulkan's names, with ` | ` between them. TRANSFER is the old name of ALL_TRANSFER.
+    /// The stages by their Vulkan names, with ` | ` between them. TRANSFER is the old name of ALL_TRANSFER.
     pub fn stages(self) -> String {
         format!("{:?}", self.stage).replace("ALL_TRANSFER", "TRANSFER")
     }
 
-    /// Its accesses, likewise.
+    /// The accesses by their Vulkan names, with ` | ` between them.
     pub fn accesses(self) -> String {
         format!("{:?}", self.access)
     }

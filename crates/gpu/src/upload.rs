@@ -1,7 +1,7 @@
 //! Staged uploads: data goes through a bounded staging buffer to where the GPU reads it.
 //!
-//! Its barriers are the caller's: an [`UploadOrder`] says what each of them waits for and holds back. Nothing here waits for the GPU but for room in
-//! a staging buffer: the barriers order later submissions to the same queue, and the staging buffers go through the retire queue.
+//! The caller chooses the barriers: an [`UploadOrder`] says which uses each of them waits for and holds back. The CPU waits for the GPU only when the
+//! staging buffers have no room: the barriers order later submissions to the same queue, and the staging buffers go through the retire queue.
 
 use std::sync::Arc;
 
@@ -139,8 +139,8 @@ impl Uploader {
         })
     }
 
-    /// Copies `data` to `dst`, `offset` bytes from its start. Nothing may be using those bytes, and an uploader may
-    /// write them once only. `dst` must live until [`Uploader::finish`].
+    /// Copies `data` to `dst`, `offset` bytes from its start. Nothing may be using these bytes, and an uploader may write them only once. `dst` must
+    /// live until [`Uploader::finish`].
     ///
     /// # Errors
     /// [`Error::Misuse`] if the bytes do not fit or `dst` is no `TRANSFER_DST`; a lost device.
@@ -168,9 +168,9 @@ impl Uploader {
         Ok(())
     }
 
-    /// Copies levels of every layer, rows and layers tightly packed, and leaves all of the image in `SHADER_READ_ONLY_OPTIMAL`, or what the order has in its place: all levels,
-    /// or the first alone, of which the others are made by linear blits. The old content is lost. The image must live until
-    /// [`Uploader::finish`].
+    /// Copies levels with all their layers, rows and layers tightly packed: all levels, or only the first, from which linear blits then make the
+    /// others. Leaves the whole image in `SHADER_READ_ONLY_OPTIMAL`, or in the layout that the order replaces it by. The old content is lost. The
+    /// image must live until [`Uploader::finish`].
     ///
     /// # Errors
     /// [`Error::Misuse`] for another number of levels, data of another size, or an image without `TRANSFER_DST` (and `TRANSFER_SRC`, for
@@ -212,8 +212,8 @@ impl Uploader {
             (written, self.order.written_layout()),
         );
         if let Some((_, blitted)) = blitting {
-            // The others were read by the blit into the next level. Their writes were made available before that; this
-            // barrier waits for the read, changes the layout, and makes them visible to shaders.
+            // A blit into the next level read each of the other levels. The levels' writes were made available before that; this barrier waits for
+            // the read, changes the layout, and makes the writes visible to shaders.
             self.make_readable(cmd, image, (0, image.mip_levels - 1), (blitted, self.order.blitted_layout()));
         }
         Ok(())
@@ -227,14 +227,14 @@ impl Uploader {
         if !self.written.is_empty() {
             let written = std::mem::take(&mut self.written);
             let cmd = self.after_copies((&[], &written))?;
-            // All copies to buffers, those of earlier submissions included: a barrier orders everything submitted
-            // before it to the same queue, or to one that it has waited for.
+            // All copies to buffers, including earlier submissions': a barrier orders everything submitted before it to the same queue, or to a queue
+            // that it has waited for.
             memory_barrier(&self.device, cmd, planned(self.order.buffers, "buffers")?);
         }
         self.submit_current()
     }
 
-    /// Makes the whole image a copy's target. Its content is dropped, so that nothing is to be waited for or kept.
+    /// Makes the whole image a copy's target. The barrier drops the image's content, so it need not wait for anything or keep anything.
     fn make_writable(&mut self, image: &Image) -> Result<()> {
         let first = planned(self.order.first, image)?;
         let cmd = self.recording()?;
@@ -366,7 +366,8 @@ impl Uploader {
         Ok(slot.cmd.raw)
     }
 
-    /// The command buffer that acquires what was copied, on the queue that reads it. Where the transfer queue copies, it releases what it wrote.
+    /// The command buffer for work after the copies, on the queue that reads them. If the transfer queue copies, it releases the copied resources,
+    /// and this command buffer acquires them.
     fn after_copies(&mut self, contents: Contents<'_>) -> Result<vk::CommandBuffer> {
         let copies = self.recording()?;
         let (Some(after), Some(handover)) = (&self.slots[self.current].after, self.order.handover) else {

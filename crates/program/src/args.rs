@@ -69,7 +69,7 @@ pub struct SettingsArgs {
     /// The light of a bare model.
     pub light: Option<LightChoice>,
     pub sky: SkyArgs,
-    /// True if glTF files may read what lies outside their folders.
+    /// True if glTF files may read files outside their folders.
     pub allow_outside: bool,
     pub said: SettingsPatch,
     /// All options that were given, by their names and in the order of the help, with their values as they were written.
@@ -171,7 +171,7 @@ impl MotionArgs {
         self.still
     }
 
-    /// The options of drawing, with those of motion; `--shadow-cache` sets the same.
+    /// Returns the drawing options with the motion option as the shadow cache; `--shadow-cache` sets the same and wins.
     pub fn over(&self, settings: &SettingsArgs) -> SettingsArgs {
         let motion = SettingsPatch { shadow_cache: Some(self.still), ..SettingsPatch::default() };
         SettingsArgs { said: settings.said.or(&motion), ..settings.clone() }
@@ -334,7 +334,7 @@ pub fn device(text: &str) -> Result<DeviceChoice, String> {
     if text.trim().is_empty() { Err("a number or a part of a name is needed".into()) } else { value(text) }
 }
 
-/// Reads the value of a setting that a command has as an option of its own.
+/// Reads the value of a setting that is a command's own option.
 fn own<T>(key: &str, text: &str, of: fn(SettingsPatch) -> Option<T>) -> Result<T, String> {
     let setting = SETTINGS.iter().find(|setting| setting.key == key);
     let read = setting.map(|setting| setting.read(text)).transpose()?;

@@ -26,7 +26,7 @@ const GLYPH: u32 = 8;
 const PAPER: [u8; 4] = [24, 24, 28, 255];
 const INK: [u8; 4] = [235, 235, 235, 255];
 
-/// Lays the tiles out in rows of so many, each under its label.
+/// Lays the tiles out in rows of `columns`, each tile under its label.
 pub fn compose(tiles: &[SheetTile], columns: u32) -> Sheet {
     let widest = tiles.iter().map(|tile| tile.size[0]).max().unwrap_or(0);
     let highest = tiles.iter().map(|tile| tile.size[1]).max().unwrap_or(0);

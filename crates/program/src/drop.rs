@@ -4,14 +4,14 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use afterlight::frame::proof::{self, FrameModel, Hazard};
-use afterlight::frame::rows::unreported_mutants::{LAYER, RowPart, reason};
-use afterlight::frame::rows::{self, Row, Rows};
+use afterlight::frame::rows::{self, Row, RowPart, Rows};
 use afterlight::frame::{Picture, Pixels, plan_for};
 use afterlight::gpu::{DeviceChoice, Error, Message};
 use afterlight::plan::FramePlan;
 use afterlight::scene::{Settings, SettingsPatch, counted};
+use afterlight_lab::mutants::unreported::{LAYER, reason};
 use afterlight_lab::mutants::{Drawn, LayerDevice, NO_EXTENSIONS};
+use afterlight_proof::{FrameModel, Hazard};
 
 use super::args::{DeviceArgs, SettingsArgs};
 use super::compare::differing;
@@ -35,7 +35,7 @@ pub fn in_words(plan: &FramePlan, rows: &Rows) -> Vec<String> {
 }
 
 fn describe_hazards(hazards: &[Hazard]) -> Vec<String> {
-    proof::in_words(hazards.iter().map(|hazard| &hazard.consequence))
+    afterlight_proof::in_words(hazards.iter().map(|hazard| &hazard.consequence))
 }
 
 /// The row of this name.
@@ -201,7 +201,7 @@ fn described(row: &Row, hazards: &[Hazard], is_verbose: bool) -> String {
 
 /// A row for each dependency.
 fn all(workload: &Workload, variation: &SettingsPatch, args: &DeviceArgs) -> Result<String, Failure> {
-    // With its heuristic the layer knows all accesses that it knows without, and those of shaders besides.
+    // With its heuristic the layer knows every access that it knows without, and the accesses of shaders besides.
     let own = match DropExperiment::open(workload, variation, args, true)? {
         Some(own) => own,
         None => DropExperiment::open(workload, variation, args, false)?
@@ -226,7 +226,7 @@ fn all(workload: &Workload, variation: &SettingsPatch, args: &DeviceArgs) -> Res
         by_rules += u32::from(!words.is_empty());
         by_layer += u32::from(!found.messages.is_empty());
         changed += u32::from(is_other);
-        // Without the prefix of all such rules.
+        // Rules are printed without their common prefix.
         let short = |rule: &str| {
             ["SYNC-HAZARD-", "DrawState-"].iter().find_map(|start| Some(rule.split_once(start)?.1.to_owned()))
         };
@@ -388,15 +388,15 @@ fn texts(messages: &[Message]) -> String {
 #[cfg(test)]
 mod tests {
     use afterlight::frame::list::SHADOW_PASS;
-    use afterlight::frame::rows::{PassName, RowName, SyncKind};
+    use afterlight::frame::rows::{Endpoint, RowName, SyncKind};
     use afterlight::gpu::sync::Use;
     use afterlight::plan::Capabilities;
     use afterlight::scene::{Scene, Settings};
 
     use super::*;
 
-    fn row(name: RowName, to: PassName) -> Row {
-        let (from, why) = (PassName::OUTSIDE, "");
+    fn row(name: RowName, to: Endpoint) -> Row {
+        let (from, why) = (Endpoint::OUTSIDE, "");
         let (carrier, by_region) = (SyncKind::Subpass(SHADOW_PASS), false);
         Row {
             name,
@@ -417,11 +417,11 @@ mod tests {
     #[test]
     fn silence_is_explained_by_what_is_known_of_the_layer() {
         let plan = FramePlan::of(&Scene::default(), &Settings::default(), &Capabilities::ample()).expect("a plan");
-        let reuse = row(RowName::Reuse(PassName::pass("SHADOW")), PassName::pass("SHADOW"));
+        let reuse = row(RowName::Reuse(Endpoint::pass("SHADOW")), Endpoint::pass("SHADOW"));
         let (new, old) = (silence(&plan, &reuse, LAYER), silence(&plan, &reuse, LAYER - 1));
         assert!(new.contains("gave shadow-reuse nothing to order"), "{new}");
         assert!(old.contains("says nothing of these frames") && !old.contains("gave"), "{old}");
-        let argued = silence(&plan, &row(RowName::PICTURE_TO_HOST, PassName::HOST), LAYER);
+        let argued = silence(&plan, &row(RowName::PICTURE_TO_HOST, Endpoint::HOST), LAYER);
         assert!(argued.contains("No layer is known to notice") && argued.contains("Signaling a fence"), "{argued}");
     }
 }

@@ -19,7 +19,7 @@ pub enum Exit {
     Improved,
     /// The work was done, and a check on it failed.
     FailedCheck,
-    /// The command line cannot be understood or asks for what does not exist.
+    /// The command line cannot be understood or asks for something that does not exist.
     Usage,
     /// An input cannot be used, this device cannot hold it, or the output cannot be written.
     BadInput,
@@ -49,9 +49,10 @@ pub const EXIT_CODES: &str = "\
 Exit codes:
   0  success
   1  a check failed: with --validate, the validation layer had something to say
-     that is not advice, or frames need what --drop leaves out; pictures differ by
-     more than --max, nothing keeps the bound of tune or nothing can verify it, a
-     claim of stress does not hold, or a case of ci is worse than expected
+     that is not advice, or frames need what --drop leaves out; check-row finds a
+     hazard or a mask that is too wide; pictures differ by more than --max, nothing
+     keeps the bound of tune or nothing can verify it, a claim of stress does not
+     hold, or a case of ci is worse than expected
   2  usage: an option or its value is wrong, or no device has the number or name
      given (ci: 3); a case of ci is only better than expected
   3  bad input: a scene cannot be read or is too large for the device, or the
@@ -77,12 +78,12 @@ impl Failure {
         Self::new(Exit::Usage, message)
     }
 
-    /// The same with the place in the input that is to blame.
+    /// Adds the place in the input that is to blame.
     pub fn with_place(self, place: &str) -> Self {
         Self { message: format!("{} ({place})", self.message), ..self }
     }
 
-    /// The same with another exit code.
+    /// Sets another exit code.
     #[cfg(feature = "ci")]
     pub fn with_exit(self, exit: Exit) -> Self {
         Self { exit: Some(exit), ..self }
@@ -138,7 +139,7 @@ impl Failure {
         let general = || lacks_name.then(|| "--help lists the options and their values".to_owned());
         match tip.or_else(|| missing_option(error)).or_else(general) {
             Some(hint) => failure.with_hint(hint),
-            // The message has said what is wrong with the value.
+            // The message has said why the value is wrong.
             None => failure,
         }
     }

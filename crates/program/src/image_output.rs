@@ -44,7 +44,7 @@ impl Destination {
         }
     }
 
-    /// The same where there may be several pictures.
+    /// As [`Destination::parse`], for commands that may draw several pictures.
     pub fn parse_with_videos(text: &str) -> Result<Self, String> {
         let sink = Sink::parse(text)?;
         let extension = Path::new(text).extension().map(|extension| extension.to_string_lossy().to_lowercase());
@@ -64,13 +64,13 @@ impl Destination {
         Ok(Self { sink, format })
     }
 
-    /// Of one scene of several: `{name}` becomes the scene's.
+    /// Returns the destination of one scene of several: `{name}` becomes the scene's name.
     pub fn named(&self, name: &str) -> Self {
         let Sink::File(path) = &self.sink else { return self.clone() };
         Self { sink: Sink::File(path.to_string_lossy().replace("{name}", name).into()), format: self.format }
     }
 
-    /// Of a picture of several: `walk.png` becomes `walk-0007.png`. Standard output takes them one after another.
+    /// Returns the destination of one picture of several: `walk.png` becomes `walk-0007.png`. Standard output takes them one after another.
     pub fn numbered(&self, index: u32, count: u32) -> Self {
         let Sink::File(path) = &self.sink else { return self.clone() };
         let digits = count.saturating_sub(1).to_string().len().max(4);
@@ -80,10 +80,10 @@ impl Destination {
         Self { sink: Sink::File(path.with_file_name(name)), format: self.format }
     }
 
-    /// Starts a video of so many pictures a second, where the destination is one.
+    /// Starts a video with this frame rate, if the destination is a video.
     ///
     /// # Errors
-    /// Those of [`Video::begin`].
+    /// As [`Video::begin`].
     pub fn video(&self, fps: f64) -> Result<Option<Video>, Failure> {
         let Sink::File(path) = &self.sink else { return Ok(None) };
         let extension = path.extension().map(|own| own.to_string_lossy().to_lowercase()).unwrap_or_default();
@@ -106,7 +106,7 @@ impl Destination {
         self.write_as(picture, false)
     }
 
-    /// The same of a picture whose alpha counts.
+    /// Writes a picture with its alpha.
     ///
     /// # Errors
     /// As [`Destination::write`].

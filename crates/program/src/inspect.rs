@@ -2,15 +2,14 @@
 
 use std::fmt::Write as _;
 
-use afterlight::frame::proof::covered;
-use afterlight::frame::rows::unreported_mutants::RowPart;
-use afterlight::frame::rows::{self, Row, Rows, Side};
+use afterlight::frame::rows::{self, Row, RowPart, Rows, Side};
 use afterlight::frame::{LayoutChange, layout_changes};
 use afterlight::frame::{capabilities, plan_for};
 use afterlight::plan::FramePlan;
 use afterlight::scene::{Output, SettingsPatch, View};
 use afterlight_lab::mutants::{self, PartName, PresentPath};
 use afterlight_lab::report::graph;
+use afterlight_proof::covered;
 use serde::Serialize;
 
 use super::args::{DeviceArgs, SettingsArgs, samples, value};
@@ -120,14 +119,14 @@ struct Inspection {
     size: [u32; 2],
     /// As `--camera` takes it.
     camera: String,
-    /// Of the box around all objects, in metres; `null` without any.
+    /// The box around all objects, in metres; `null` without objects.
     bounds: Option<[[f64; 3]; 2]>,
     /// The scene's motion, of which the plan covers one moment; `null` where nothing moves.
     motion: Option<MotionReport>,
     gbuffer_bytes_per_pixel: u32,
     #[serde(flatten)]
     plan: PlanReport,
-    /// Those of shadow maps are left out: they draw only maps that have changed.
+    /// All render passes but the shadow maps', which draw only maps that have changed.
     render_passes: Vec<PassTraffic>,
     dependencies: Vec<RowReport>,
 }

@@ -27,8 +27,8 @@ pub fn start(verbosity: u8) -> Result<(), Failure> {
         })?,
         Err(error) => return Err(wrong(&error)),
     };
-    // The stream takes colours away where there is no terminal, and where TERM or NO_COLOR says so, as the command line's does; an old console of Windows
-    // gets its own.
+    // The stream drops colours as the command line's does: without a terminal, and where TERM or NO_COLOR says so. It converts them for an old
+    // console of Windows.
     let lines = tracing_subscriber::fmt::layer().with_writer(anstream::stderr).with_ansi(true);
     let lines = lines.without_time().with_target(false);
     // Fails only when logging has been started before, which does no harm.

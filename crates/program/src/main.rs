@@ -8,6 +8,8 @@
 
 mod args;
 mod bench;
+#[cfg(feature = "report")]
+mod check_row;
 #[cfg(feature = "ci")]
 mod ci;
 mod commands;
@@ -77,6 +79,8 @@ enum CliCommand {
     Render(render::Args),
     Bench(bench::Args),
     Inspect(inspect::Args),
+    #[cfg(feature = "report")]
+    CheckRow(check_row::Args),
     Compare(compare::Args),
     Doctor(doctor::Args),
     Reference(reference::Args),
@@ -161,7 +165,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Does what the command line says.
+/// Runs the command line's command.
 fn run() -> Result<(), Failure> {
     memory::give_back_large_pieces();
     let cli = match Cli::try_parse() {
@@ -182,6 +186,8 @@ fn run() -> Result<(), Failure> {
         CliCommand::Render(args) => render::run(&args, cli.verbose > 0),
         CliCommand::Bench(args) => bench::run(&args),
         CliCommand::Inspect(args) => inspect::run(&args, cli.verbose > 0),
+        #[cfg(feature = "report")]
+        CliCommand::CheckRow(args) => check_row::run(&args),
         CliCommand::Compare(args) => compare::run(&args),
         CliCommand::Doctor(args) => doctor::run(&args),
         CliCommand::Reference(args) => reference::run(&args),

@@ -45,7 +45,7 @@ pub struct MeasuringArgs {
 }
 
 impl MeasuringArgs {
-    /// Of the families with these keys, or all.
+    /// Returns the selection of the families with these keys, or of all.
     pub fn selection(&self, families: Option<Vec<String>>) -> Selection {
         Selection {
             families,

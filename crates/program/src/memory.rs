@@ -13,12 +13,12 @@ mod glibc {
     pub const M_MMAP_THRESHOLD: c_int = -3;
 }
 
-/// From so many bytes on, memory goes back to the system when it is freed: a texture of 512 x 512 texels and more.
+/// Least size in bytes of memory that goes back to the system when it is freed: a texture of 512 x 512 texels and more.
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 const LARGE: std::ffi::c_int = 1 << 20;
 
-/// Has large pieces of memory go back to the system when they are freed. By itself glibc keeps pieces of as many bytes as the largest one that was
-/// freed before, up to 32 MiB: texels that have been uploaded would stay.
+/// Has large pieces of memory go back to the system when they are freed. By default glibc keeps pieces up to the size of the largest one that was
+/// freed before, at most 32 MiB: texels that have been uploaded would stay.
 pub fn give_back_large_pieces() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     glibc::mallopt(glibc::M_MMAP_THRESHOLD, LARGE);

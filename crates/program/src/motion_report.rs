@@ -14,7 +14,7 @@ const MOST_ROWS: usize = 20;
 /// The motion's part of the output of `--json`.
 #[derive(Serialize)]
 pub struct MotionReport {
-    /// Of the longest clip.
+    /// Duration of the longest clip.
     duration_s: f64,
     clips: Vec<ClipReport>,
     nodes: Vec<NodeReport>,
@@ -29,7 +29,7 @@ struct ClipReport {
     keys: usize,
     /// The kinds of things that it moves.
     moves: Vec<&'static str>,
-    /// Between keys.
+    /// Interpolations between keys.
     interpolations: Vec<&'static str>,
 }
 
@@ -49,7 +49,7 @@ struct SkinReport {
 }
 
 impl MotionReport {
-    /// None of a scene that stands still.
+    /// Returns `None` for a scene that stands still.
     pub fn of(motion: &Motion) -> Option<Self> {
         if motion.is_empty() {
             return None;

@@ -110,7 +110,7 @@ pub fn spare<'a>(
     }
 }
 
-/// Makes a folder and those above it.
+/// Makes a folder and its parents.
 pub fn make_folder(path: &Path) -> Result<(), Failure> {
     match path.is_file() {
         true => Err(cannot_be(path, "it is a file, and a folder is needed")),

@@ -11,13 +11,13 @@ use serde::Serialize;
 
 use super::table::{TextTable, bytes, bytes_more};
 
-/// The parts of a plan, and the cost of keeping those that are out.
+/// The parts of a plan, and the cost of keeping the parts that are out.
 #[derive(Serialize)]
 pub struct PlanReport {
     parts: Vec<PartReport>,
     /// Device memory of all parts that are in.
     bytes: u64,
-    /// Of attachments and the output.
+    /// Size of attachments and the output.
     target_bytes_per_pixel: u64,
     /// The additional cost of `--plan full`; `null` where it cannot be planned.
     full: Option<CostReport>,
@@ -33,7 +33,7 @@ struct PartReport {
     reason: String,
     /// Device memory that it takes.
     bytes: u64,
-    /// Its cost if it stayed without need; `null` where it is in, or cannot stay.
+    /// The cost of keeping it without need; `null` if it is in, or cannot stay.
     cost: Option<CostReport>,
     /// Why it cannot stay.
     refused: Option<String>,
@@ -54,11 +54,11 @@ impl From<Cost> for CostReport {
 }
 
 impl PlanReport {
-    /// `plan` is that of the other arguments.
+    /// Reports on a plan, which must be made of the other arguments.
     pub fn of(plan: &FramePlan, scene: &Scene, settings: &Settings, device: &Capabilities) -> Self {
         let out = |part: OptionalPart| plan.parts().iter().any(|own| own.optional == Some(part) && !own.included);
         let tried: Vec<_> = OptionalPart::all().filter(|&part| out(part)).collect();
-        // Each is a plan of its own, which may look at every texel.
+        // Each cost takes another plan, which may look at every texel.
         let costs = tried.into_par_iter().map(|part| (part, plan.cost_of(part, scene, settings, device)));
         let costs: BTreeMap<_, _> = costs.collect();
         let report = |part: &Part| {
@@ -76,7 +76,7 @@ impl PlanReport {
         };
         let passes = list::parts(plan);
         let mut parts: Vec<&Part> = passes.iter().chain(plan.parts()).collect();
-        // Each group has a heading, below which the parts that are in come before those that are out.
+        // Each group has a heading, and its included parts come first.
         parts.sort_by_key(|part| (part.group, !part.included));
         Self {
             parts: parts.into_iter().map(report).collect(),
@@ -109,7 +109,7 @@ impl PlanReport {
 
     fn table(parts: &[PartReport]) -> String {
         let mut table = TextTable::new();
-        // Every group is a table of its own, and all of them align.
+        // Every group is a separate table, and all of them align.
         let heading = [("", 3), ("part", 36), ("takes", 10), ("if kept", 10), ("--plan", 27)];
         let heading = heading.map(|(name, width)| format!("{name:width$}"));
         table.row(heading.into_iter().chain(["why".to_owned()]));

@@ -84,7 +84,7 @@ fn shown_late(length: Option<u64>, target: ProgressDrawTarget) -> ProgressBar {
             std::thread::sleep(SHOWN_AFTER);
             late.set_draw_target(target);
         };
-        // Without a thread for it there is no bar, which nothing depends on.
+        // Nothing depends on the bar: if the thread cannot start, the bar stays hidden.
         let _ = std::thread::Builder::new().name("progress".into()).spawn(show);
     }
     bar
@@ -96,7 +96,7 @@ pub struct ProgressDisplay {
     lines: Option<ProgressLog>,
 }
 
-/// The lines that tell of work with very many steps where there is no terminal.
+/// The lines that report work with very many steps if there is no terminal.
 struct ProgressLog {
     what: String,
     steps: u64,

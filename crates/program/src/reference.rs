@@ -99,7 +99,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     args.standard_error.iter().try_for_each(|target| target.sink.check())?;
     let workload = open(args)?;
     let settings = workload.decided(&SettingsPatch::default());
-    // Of the moment at which the shutter opens.
+    // The scene at the moment at which the shutter opens.
     let scene = workload.scene.at(&workload.playing);
     let view = CameraView { camera: scene.camera, size: settings.size };
     if u64::from(view.size[0]) * u64::from(view.size[1]) > MOST_PIXELS {
@@ -193,7 +193,7 @@ fn linear(light: &[[f64; 3]]) -> Pixels {
     Pixels::LinearF32(light.iter().flat_map(|&[r, g, b]| [r as f32, g as f32, b as f32, 1.0]).collect())
 }
 
-/// The scene, checked: no plan and no renderer does it where it is exported.
+/// Opens the scene and checks it: an export has no plan and no renderer that would.
 fn open(args: &Args) -> Result<Workload, Failure> {
     let workload = Workload::open_for_shutter(&args.scene, &args.settings, args.quiet)?;
     workload
@@ -202,7 +202,7 @@ fn open(args: &Args) -> Result<Workload, Failure> {
     Ok(workload)
 }
 
-/// Writes the scene for Mitsuba 3 into a folder, which is made where it is missing.
+/// Writes the scene for Mitsuba 3 into a folder, and makes the folder if it is missing.
 fn export(args: &Args, folder: &Path) -> Result<(), Failure> {
     let workload = open(args)?;
     let settings = workload.decided(&SettingsPatch::default());

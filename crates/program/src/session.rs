@@ -24,7 +24,7 @@ pub fn with_device(args: &DeviceArgs, work: impl FnOnce(Arc<Device>) -> Result<(
     heard.judge(outcome)
 }
 
-/// The same with a device that can show images where the instance extensions of a window system say.
+/// As [`with_device`], with a device that can show images through a window system, given by its instance extensions.
 #[cfg(feature = "window")]
 pub fn with_device_for(
     args: &DeviceArgs,
@@ -212,7 +212,7 @@ fn counted(messages: &[Message]) -> Vec<(&Message, usize)> {
     counted
 }
 
-/// A paragraph for each different message, of which so many more were not kept.
+/// Returns a paragraph for each different message, and the number of messages that were not kept.
 pub fn listing(messages: &[Message], dropped: u64) -> String {
     let mut text = String::new();
     for (message, count) in counted(messages) {

@@ -241,7 +241,7 @@ struct StressCaseReport {
     extreme: &'static str,
     unit: &'static str,
     claim: [f64; 2],
-    /// The bound of any pixel, and that of the mean.
+    /// The bounds of any pixel and of the mean.
     bound: [f64; 2],
     passes: bool,
     holds: Option<[f64; 2]>,

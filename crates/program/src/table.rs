@@ -28,7 +28,7 @@ impl TextTable {
         self
     }
 
-    /// Its rows in one line.
+    /// Returns all rows in one line.
     pub fn line(&self) -> String {
         self.rows.iter().map(|row| row.join(" ")).collect::<Vec<_>>().join("; ")
     }
@@ -37,7 +37,7 @@ impl TextTable {
     pub fn render(&self) -> String {
         let columns = self.rows.iter().map(Vec::len).max().unwrap_or(0);
         let width = |column: usize| {
-            // A row's last cell may be a sentence; only what stands before another cell sets the width.
+            // A row's last cell may be a sentence; only cells before another cell set the width.
             let cells = self.rows.iter().filter(|row| row.len() > column + 1 || column >= self.figures_from);
             cells.filter_map(|row| row.get(column)).map(|cell| cell.chars().count()).max().unwrap_or(0)
         };

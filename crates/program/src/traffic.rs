@@ -1,4 +1,4 @@
-//! Render passes by what they load from memory and store to it, and by the bits of colour that a tile keeps for a pixel.
+//! Memory traffic of render passes: loads, stores, and the bits of colour that a tile keeps for a pixel.
 
 use std::fmt::Write as _;
 use std::sync::Arc;
@@ -31,10 +31,10 @@ pub struct PassTraffic {
     merging: Option<MergingReport>,
 }
 
-/// The render passes of a plan's frames, but those of shadow maps, which draw only maps that have changed.
+/// Returns the render passes of a plan's frames, except the shadow maps', which draw only maps that have changed.
 ///
 /// # Errors
-/// When a render pass cannot be made for the question which subpasses are merged.
+/// When a render pass cannot be made to ask the driver which subpasses it merges.
 pub fn of(plan: &FramePlan, rows: &Rows, device: &Arc<Device>) -> gpu::Result<Vec<PassTraffic>> {
     let all = PassDescription::all(plan, rows);
     let with_merging = |pass: &PassDescription| {

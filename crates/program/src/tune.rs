@@ -193,8 +193,10 @@ impl Args {
     }
 }
 
-/// Returns the settings of the file: the choice over those of the command line and `--settings`, but for the size of `--quick` and the motion while
-/// frames are timed; always the samples that were measured, for `render` would choose others where the choice has `msaa` or `fxaa`.
+/// Returns the settings of the file: the choice over the settings of the command line and of `--settings`.
+///
+/// The size of `--quick` and the motion of timed frames are left out. The samples that were measured are always in: `render` would choose others if
+/// the choice has `msaa` or `fxaa`.
 fn tuned(args: &Args, workload: &Workload, choice: &SettingsPatch) -> SettingsPatch {
     let samples = choice.or(&args.base(workload)).samples;
     let SettingsPatch { size, shadow_cache, .. } = args.settings.said.or(&workload.settings_file);
@@ -330,13 +332,13 @@ fn not_measured(args: &Args, measured: &TuneMeasurements) -> Option<String> {
     })
 }
 
-/// Opens the folder of measurements so far: in that of the truths, by everything that was asked but the bound. If none is kept, it is a temporary
-/// one.
+/// Opens the folder of earlier measurements, which lies in the folder of the truths, keyed by everything that was asked but the bound. If none is
+/// kept, it is a temporary one.
 fn journal_of(args: &Args, header: &JournalHeader, info: &SceneInfo) -> Result<(Journal, Option<TempDir>), Failure> {
     let failed = |error| Failure::new(Exit::BadInput, format!("cannot make a folder for measurements: {error}"));
     let key = blake3::hash(output::json(&(journal::FORMAT, header, info))?.as_bytes()).to_hex();
     let kept = Cache::of_user().map(|cache| cache.folder().join(format!("tune-{}", &key[..16])));
-    // One that cannot be written, is damaged, or is written by another process keeps nobody from measuring.
+    // A folder that cannot be written, is damaged, or is written by another process does not keep anyone from measuring.
     let opened = kept.map(|folder| match fs::create_dir_all(&folder) {
         Ok(()) => Journal::open(&folder, header, args.restart),
         Err(error) => Err(SweepError::File { doing: format!("make {}", folder.display()), error }),
@@ -401,7 +403,7 @@ fn recommendation(scene: &SceneReport, metric: Metric, point: usize) -> String {
     format!("Chosen: `{}`: {gain}.", scene.points[point].name)
 }
 
-/// The choice with its figures from every camera, those of the settings as given beside it, and the points that were passed over.
+/// Returns the choice with its figures from every camera, the figures of the given settings beside it, and the points that were passed over.
 fn report(args: &Args, measured: &TuneMeasurements, search: &SearchContext, chosen: &Attempt) -> String {
     let TuneMeasurements { header, tuned: Tuned { scene, outcome, .. }, .. } = measured;
     let [width, height] = scene.size;

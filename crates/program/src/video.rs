@@ -26,7 +26,7 @@ impl Video {
     /// Starts `ffmpeg` for a file with this extension.
     ///
     /// # Errors
-    /// [`Exit::BadInput`] where it is not on the path.
+    /// [`Exit::BadInput`] if `ffmpeg` is not on the path.
     pub fn begin(extension: &str, fps: f64) -> Result<Self, Failure> {
         let folder = tempfile::tempdir().map_err(|error| Failure::write("a temporary folder", &error))?;
         let mut command = Command::new("ffmpeg");
@@ -75,7 +75,7 @@ impl Video {
     /// Waits for the last picture, and writes the file whole.
     ///
     /// # Errors
-    /// What `ffmpeg` said, and those of [`Sink::write`].
+    /// With the message of `ffmpeg`, or as [`Sink::write`].
     pub fn finish(mut self, sink: &Sink) -> Result<(), Failure> {
         drop(self.pictures.take());
         let said = self.said();

@@ -267,14 +267,14 @@ fn keep(folder: &Path, picture: &Picture) -> Result<String, String> {
     Ok(format!("screenshot: {}", target.sink))
 }
 
-/// The same of a camera path.
+/// Writes a camera path under the first name that is free.
 fn keep_path(folder: &Path, path: &CameraPath) -> Result<String, String> {
     let sink = Sink::File(free(folder, "toml")?);
     sink.write(path.to_toml().as_bytes()).map_err(|failure| failure.message().to_owned())?;
     Ok(format!("path: {sink}, {:.1} s", path.seconds()))
 }
 
-/// The same of a scene. Its models are named by their whole paths: the file may lie elsewhere.
+/// Writes a scene under the first name that is free. Models are named by their whole paths, as the file may lie elsewhere.
 fn keep_scene(args: &Args, scene: &Scene, camera: &Camera, settings: &SettingsPatch) -> Result<String, String> {
     let sink = Sink::File(free(&args.screenshots, "toml")?);
     let path = fs::canonicalize(&args.scene).unwrap_or_else(|_| PathBuf::from(&args.scene));

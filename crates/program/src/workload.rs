@@ -31,9 +31,9 @@ const PRINTED_WARNINGS: usize = 20;
 /// The largest picture that a device draws.
 #[derive(Debug, Clone)]
 pub struct LargestPicture {
-    /// Its name.
+    /// The device's name.
     device: String,
-    /// Pixels.
+    /// The longest edge of a picture, in pixels.
     edge: u32,
 }
 
@@ -46,14 +46,14 @@ impl LargestPicture {
 /// A loaded scene, with the camera that the command line gave it.
 pub struct Workload {
     pub scene: Scene,
-    /// The scene's motion, also where `scene` is that of one moment.
+    /// The scene's motion, also if `scene` is the scene at one moment.
     pub motion: Motion,
     /// The moment and the clips that the command line asks for.
     pub playing: Playing,
-    /// From the first byte read to a scene in memory.
+    /// Time from the first byte read to a scene in memory.
     pub load_ms: f64,
     command_line: SettingsPatch,
-    /// Of `--settings`.
+    /// The settings of the file of `--settings`.
     pub settings_file: SettingsPatch,
     settings_path: Option<PathBuf>,
     /// As the command line has it.
@@ -145,7 +145,7 @@ impl Workload {
         Ok(Self { scene, motion, playing, load_ms, command_line, settings_file, settings_path, camera, quiet, told })
     }
 
-    /// Opens a camera path for the scene. From here on the scene's camera is that at its start.
+    /// Opens a camera path for the scene, and moves the scene's camera to its start.
     pub fn follow(&mut self, file: &Path) -> Result<CameraPath, Failure> {
         let path = load_path(file, &self.scene.camera)?;
         self.scene.camera = path.at(0.0);
@@ -193,7 +193,7 @@ impl Workload {
         let mut text = counts(scene);
         if !bounds.is_empty() {
             let (min, max, size) = (bounds.min, bounds.max, bounds.size());
-            // With four digits of the longest side.
+            // As many decimals as give the longest side four digits.
             let decimals = (3.0 - size.max_element().log10().floor()).clamp(0.0, 12.0) as usize;
             let numbers = |point: DVec3, between| point.to_array().map(|own| decimal(own, decimals)).join(between);
             let (size, min, max) = (numbers(size, " x "), numbers(min, ","), numbers(max, ","));
@@ -242,9 +242,10 @@ impl Workload {
         if lines.is_empty() { failure } else { failure.with_place(&lines.join(", ")) }
     }
 
-    /// Returns the samples of a picture, of which the command line says `asked`. The first of command line, `--settings` and scene file that says
-    /// something of anti-aliasing decides. A view, or another kind of anti-aliasing or an effect on the finished picture, takes the place of the
-    /// samples that those behind it say.
+    /// Returns the samples of a picture; `asked` is the number on the command line.
+    ///
+    /// The first of command line, `--settings` and scene file that sets any anti-aliasing decides. A view, another kind of anti-aliasing, or an
+    /// effect on the finished picture replaces the samples of later sources.
     pub fn samples(&self, asked: Option<u32>, is_view: bool) -> u32 {
         let command_line = SettingsPatch { samples: asked, ..self.command_line.clone() };
         let chosen = |patch: &SettingsPatch, is_view: bool| {
@@ -267,7 +268,7 @@ impl Workload {
         self.settings_within(variation, &LargestPicture::of(device))
     }
 
-    /// The same where nothing else is known of the device.
+    /// As [`Workload::settings`], if only the device's largest picture is known.
     pub fn settings_within(&self, variation: &SettingsPatch, largest: &LargestPicture) -> Result<Settings, Failure> {
         let said = variation.or(&self.command_line);
         let settings = self.decided(variation);
@@ -324,7 +325,7 @@ pub fn warnings(warnings: &[String]) -> String {
     text
 }
 
-/// The parts of a plan, those that are in before those that are out.
+/// The parts of a plan, included parts first.
 pub fn plan_table(plan: &FramePlan) -> TextTable {
     let mut parts = [list::parts(plan), plan.parts().to_vec()].concat();
     parts.sort_by_key(|part| !part.included);

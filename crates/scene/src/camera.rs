@@ -44,11 +44,11 @@ impl Projection {
 /// the scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Camera {
-    /// Its place in the world.
+    /// Position in the world.
     pub position: DVec3,
-    /// From camera space to world space.
+    /// Rotation from camera space to world space.
     pub rotation: DQuat,
-    /// Its projection of the scene onto the picture.
+    /// Projection of the scene onto the picture.
     pub projection: Projection,
     /// Distance of the near plane, above 0.
     pub near: f64,
@@ -209,7 +209,7 @@ impl Display for Camera {
     }
 }
 
-/// A number with so many decimals at most, without zeros at its end.
+/// A number with at most `decimals` decimals, without trailing zeros.
 pub fn decimal(value: f64, decimals: usize) -> String {
     let text = format!("{value:.decimals$}");
     let short = if decimals > 0 { text.trim_end_matches('0').trim_end_matches('.') } else { &text };

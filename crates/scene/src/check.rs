@@ -1,5 +1,5 @@
-//! Checks that a scene can be drawn: indices name what exists, arrays have matching lengths, and values lie in their documented ranges. Readers of
-//! files check their input themselves; a scene that code puts together has no other gate before the device.
+//! Checks that a scene can be drawn: indices are in range, arrays have matching lengths, and values lie in their documented ranges. Readers of files
+//! check their input themselves; a scene that code puts together has no other gate before the device.
 
 use std::ops::RangeInclusive;
 
@@ -14,7 +14,7 @@ use super::{
 
 /// Vertices of all meshes together: a draw adds a signed offset of 32 bits to its indices.
 const MOST_VERTICES: usize = i32::MAX as usize;
-/// Slopes of a camera's shift that a projection in f32 holds: beyond those of the widest lens with the nearest focus.
+/// The steepest slope of a camera's shift. A projection in f32 holds it, and the widest lens with the nearest focus does not reach it.
 const MOST_SHIFT: f64 = 1e9;
 /// Indices of all meshes together, which a draw counts in 32 bits.
 const MOST_INDICES: usize = u32::MAX as usize;
@@ -237,7 +237,7 @@ impl UvMap {
                 "its {slot:?} texture lies on texture coordinates {set}, but meshes have sets 0 and 1"
             ));
         }
-        // Their products are uploaded as f32.
+        // Products of these numbers are uploaded as f32.
         let fits = |value: f64| value.abs() <= 1e15;
         let values = [offset.x, offset.y, scale.x, scale.y];
         let is_fit = values.into_iter().all(fits) && fits(rotation);
@@ -288,7 +288,7 @@ impl Light {
         let values = [
             ("color", self.color, POSITIVE),
             ("intensity", Vec3::splat(self.intensity), POSITIVE),
-            // Their product is uploaded.
+            // The product is uploaded.
             ("color times intensity", self.color * self.intensity, POSITIVE),
         ];
         let fault = out_of_range(&values).or_else(|| length("size", self.size));

@@ -1,5 +1,5 @@
-//! Emitters of particles. A particle has no state: where it is, how large and of which colour is a closed form of its number, its emitter's seed
-//! and the time, so that a moment looks the same however it was come to.
+//! Emitters of particles. A particle has no state: its position, size and colour are a closed form of its number, its emitter's seed and the time, so
+//! that a moment looks the same whichever moments were drawn before.
 
 use glam::{DVec2, DVec3, Vec3};
 
@@ -19,7 +19,7 @@ pub const MOST_FRAMES: u32 = 16;
 /// A source of particles. Metres, seconds, nits.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Emitter {
-    /// For messages.
+    /// The emitter's name, for messages.
     pub name: String,
     /// Middle of the box in which particles are born.
     pub position: DVec3,
@@ -53,13 +53,13 @@ pub struct Emitter {
     pub turn_degrees: f64,
     /// The most by which it turns in a second, either way.
     pub spin_degrees: f64,
-    /// Within so many metres before a surface, and behind the near plane, it fades.
+    /// Distance in metres over which it fades before a surface, and behind the near plane.
     pub softness: f64,
-    /// Index into [`Scene::textures`]; a soft disc where there is none.
+    /// Index into [`Scene::textures`]; `None` draws a soft disc.
     pub texture: Option<usize>,
     /// Columns and rows of the texture's cells.
     pub frames: [u32; 2],
-    /// True if each shows a cell of its own, and not one after the other.
+    /// True if each particle keeps one cell, and does not show one after the other.
     pub picks_frame: bool,
     /// Seed of all that is random.
     pub seed: u32,
@@ -101,14 +101,14 @@ pub struct AliveParticles {
     pub first: i64,
     /// Number of particles that are alive.
     pub count: u32,
-    /// Of the oldest, in seconds.
+    /// Age of the oldest, in seconds.
     pub age: f64,
 }
 
 /// A particle at a moment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Particle {
-    /// In the world.
+    /// Position in the world.
     pub position: DVec3,
     /// Edge of its square in metres.
     pub size: f64,
@@ -118,9 +118,9 @@ pub struct Particle {
     pub alpha: f64,
     /// Nits, not times alpha.
     pub emission: DVec3,
-    /// By which its square is turned, in radians.
+    /// Angle by which its square is turned, in radians.
     pub angle: f64,
-    /// Its cell of the texture.
+    /// Index of its cell of the texture.
     pub frame: u32,
 }
 
@@ -136,11 +136,11 @@ fn pcg(input: u32) -> u32 {
 
 impl PcgRandom {
     fn of(seed: u32, number: i64) -> Self {
-        // Numbers are told by 32 bits: from then on the same come again.
+        // Numbers are reduced to 32 bits: beyond, the same values come again.
         Self(pcg(pcg(seed) ^ number as u32))
     }
 
-    /// From 0 to below 1, of 24 bits, which a single float holds.
+    /// Returns a number from 0 to below 1, of 24 bits, which a single float holds.
     fn share(&mut self) -> f64 {
         self.0 = pcg(self.0);
         f64::from(self.0 >> 8) / f64::from(1 << 24)
@@ -155,8 +155,8 @@ impl PcgRandom {
     }
 }
 
-/// Returns the factors by which a first velocity and a steady acceleration give the way in a time, where the velocity falls by the share `drag`
-/// a second. Without drag they are t and t^2 / 2.
+/// Returns the factors by which an initial velocity and a steady acceleration give the distance travelled in a time, if the velocity falls by the
+/// share `drag` a second. They are t and t^2 / 2 without drag.
 pub fn travel(drag: f64, time: f64) -> (f64, f64) {
     let a = drag * time;
     if a < 0.01 {
@@ -203,7 +203,7 @@ impl Emitter {
         (self.rate * self.life).floor() as u64 + 1
     }
 
-    /// The particle with a number, of one of those that are alive at a time.
+    /// The particle with a number, which must be alive at the time.
     pub fn particle(&self, number: i64, time: f64) -> Particle {
         let age = (time - self.start.unwrap_or(0.0) - number as f64 / self.rate).clamp(0.0, self.life);
         let share = age / self.life;

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-/// An input that cannot become a scene. Displays as one line that names the thing, what was expected and what to do.
+/// An input that cannot become a scene. Displays as one line: the thing at fault, the expectation, and the remedy.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// The file could not be read at all.
@@ -18,9 +18,9 @@ pub enum Error {
     Content {
         /// As the user or the scene file named it.
         path: PathBuf,
-        /// From 1; none for binary files and for faults of the whole file.
+        /// Line, counted from 1; `None` for binary files and for faults of the whole file.
         line: Option<usize>,
-        /// The fault and what was expected; displayed behind the path.
+        /// The fault and the expectation; displayed behind the path.
         what: String,
     },
     /// A `builtin:` name or a parameter of it is wrong.

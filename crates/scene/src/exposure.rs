@@ -41,14 +41,14 @@ pub fn metered_ev100(scene: &Scene) -> f32 {
     if ev100.is_finite() { ev100.clamp(-100.0, 100.0) as f32 } else { 0.0 }
 }
 
-/// EV100 for what is seen of a model from the scene's camera: as [`metered_ev100`], for the mean illuminance of those parts of a ball in the model's
-/// place that are turned to the camera. A light behind the model counts for little, one from the camera's side for two thirds.
+/// EV100 for the side of a model that the scene's camera sees: as [`metered_ev100`], for the mean illuminance of the half of a ball in the model's
+/// place that is turned to the camera. A light behind the model counts for little, one from the camera's side for two thirds.
 pub fn seen_ev100(scene: &Scene) -> f32 {
     let bounds = scene.model_bounds();
     let point = if bounds.is_empty() { scene.camera.position } else { bounds.center() };
     let viewer = (scene.camera.position - point).normalize_or(-scene.camera.forward());
     let (mean, tilt) = scene.environment.hemispheres();
-    // The mean normal of what is seen of a ball has two thirds of the viewer's direction.
+    // The mean normal of a ball's visible half is two thirds of the viewer's direction.
     let even = PI * (f64::from(luminance(mean)) + f64::from(luminance(tilt)) * viewer.y * 2.0 / 3.0);
     let of_sky = |sky: &Sky| {
         let parts = sky.image.directions().map(|(to, share, value)| {
@@ -71,8 +71,8 @@ pub fn seen_ev100(scene: &Scene) -> f32 {
     if ev100.is_finite() { ev100.clamp(-100.0, 100.0) as f32 } else { 0.0 }
 }
 
-/// The mean over what is seen of a ball of the cosine at which light falls on it, in shadow 0: two thirds of the phase function of a lambert ball
-/// (F. Schoenberg, "Photometrische Untersuchungen", 1929), for the cosine between the directions to the light and to the viewer.
+/// Mean, over a ball's visible half, of the cosine at which light falls on it, 0 in shadow: two thirds of the phase function of a lambert ball (F.
+/// Schoenberg, "Photometrische Untersuchungen", 1929), for the cosine between the directions to the light and to the viewer.
 fn seen_share(cosine: f64) -> f64 {
     let angle = cosine.clamp(-1.0, 1.0).acos();
     2.0 / 3.0 / PI * (angle.sin() + (PI - angle) * angle.cos())

@@ -45,13 +45,13 @@ const SKY_NITS: f32 = 9_000.0;
 /// The surroundings of a fitted camera.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CameraPlace {
-    /// Before the model, in the open.
+    /// The camera stands in front of the model, in the open.
     Outside,
-    /// Within its walls, where little of the sun comes.
+    /// The camera stands within the model's walls, where little of the sun comes.
     Inside,
 }
 
-/// Points the scene's camera at what is drawn of it while its clips play; an empty scene keeps its own.
+/// Points the scene's camera at everything that is drawn while its clips play; an empty scene keeps its own camera.
 pub fn fit_camera(scene: &mut Scene, aspect: f64) -> CameraPlace {
     let still = scene.at(&Playing::default());
     let bounds = still.model_bounds();
@@ -74,8 +74,8 @@ pub fn fit_camera(scene: &mut Scene, aspect: f64) -> CameraPlace {
     stand
 }
 
-/// Cameras on a level circle around a scene at rest, as many as asked for, the first from three quarters. All of them have all in view that is drawn.
-/// None of a scene in which nothing is drawn.
+/// Cameras on a level circle around a scene at rest, as many as asked for, the first from three quarters. Each of them sees everything that is
+/// drawn. Returns no cameras for a scene in which nothing is drawn.
 pub fn turntable(scene: &Scene, count: u32, aspect: f64) -> Vec<Camera> {
     let still = scene.at(&Playing { clips: scene.motion.usual_clips(), ..Playing::default() });
     let bounds = still.model_bounds();

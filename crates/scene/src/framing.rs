@@ -7,13 +7,13 @@ use rayon::prelude::*;
 
 use super::{Aabb, AlphaMode, Camera, Object, Projection, Scene};
 
-/// The picture's size over that of the framed part.
+/// Ratio of the picture's size to the framed part's.
 const MARGIN: f64 = 1.2;
-/// The share of what is drawn, by area, that may lie outside where the rest then is [`CLOSER`] times as near: a few far triangles do not make it
-/// a speck.
+/// The share of the drawn area that may lie outside if the rest can then be seen from [`CLOSER`] times as near: a few far triangles do not make the
+/// scene a speck.
 const OUTLIERS: f64 = 0.01;
 const CLOSER: f64 = 1.5;
-/// The most triangles that are looked at; of more, every so many.
+/// The most triangles that are looked at; in larger scenes, every n-th one.
 const MOST: usize = 300_000;
 
 /// The width by which points and lines count beside triangles, as a share of the scene's radius. It is wider than a pixel, or a few points beside a
@@ -24,7 +24,8 @@ const STROKE_WIDTH: f64 = 1.0 / 30.0;
 struct WeightedCorners(Vec<(DVec3, f64)>);
 
 impl WeightedCorners {
-    /// From `toward_camera`, of length 1, infinitely far away. Backs of one-sided surfaces and wholly clear surfaces are not drawn.
+    /// Collects the corners seen from `toward_camera`, of length 1, infinitely far away. Backs of one-sided surfaces and wholly clear surfaces are
+    /// not drawn.
     fn of(scene: &Scene, toward_camera: DVec3, moments: usize) -> Self {
         let step = scene.triangle_count().div_ceil(MOST / moments).max(1);
         let objects: Vec<&Object> = scene.model_objects().collect();
@@ -87,8 +88,8 @@ pub(super) fn frame(moments: &[Cow<Scene>], bounds: &Aabb, toward_camera: DVec3,
     Camera { near: (bounds.radius() * 1e-3).min(radius * 1e-2).max(f64::from(f32::MIN_POSITIVE)), ..camera }
 }
 
-/// Cameras of 35 degrees around a scene that rests, from the given directions of length 1: all look at the middle of its box, from the least distance at which
-/// each of them has in view what is drawn from it.
+/// Cameras of 35 degrees around a scene at rest, from the given directions of length 1. All look at the middle of its box, from the least common
+/// distance at which each of them sees everything that is drawn.
 pub(super) fn around(scene: &Scene, bounds: &Aabb, directions: &[DVec3], aspect: f64) -> Vec<Camera> {
     let center = bounds.center();
     let [slope_x, slope_y] = slopes(aspect);
@@ -124,7 +125,7 @@ fn slopes(aspect: f64) -> [f64; 2] {
     [up * if aspect.is_finite() && aspect > 0.0 { aspect } else { 1.0 }, up]
 }
 
-/// The least distance from which a camera holds what is drawn.
+/// A camera, and the least distance from which it sees everything that is drawn.
 struct Framing {
     camera: Camera,
     center: DVec3,

@@ -52,9 +52,9 @@ pub struct Imported {
     pub lights: Vec<Light>,
     /// The cameras of its file.
     pub cameras: Vec<NamedCamera>,
-    /// Its nodes, skins, shapes and clips.
+    /// The file's nodes, skins, shapes and clips.
     pub motion: Motion,
-    /// The surroundings of a file that this program has exported. Only a bare model is seen in them: a scene file has its own.
+    /// The surroundings of a file that this program has exported. They apply to a bare model only: a scene file has its own.
     pub surroundings: Option<Surroundings>,
     /// Oddities and how each was handled, a line each.
     pub warnings: Vec<String>,
@@ -62,14 +62,15 @@ pub struct Imported {
     pub files: Vec<PathBuf>,
 }
 
-/// The parts of an exported scene beside the things in it. They need the feature `readers`.
+/// The environment and the settings of an exported scene. They need the feature `readers`.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Surroundings {
     /// Ambient light and background.
     pub environment: Environment,
-    /// True if the file says what ambient light there is, be it none. Without, and without lights, the exported scene had light that the file lacks.
+    /// True if the file gives the ambient light, even if it is black. If false, and the file has no lights, the exported scene was lit by something
+    /// that the file lacks.
     pub is_lit: bool,
-    /// The settings that were said, and the exposure.
+    /// The given settings, and the exposure.
     pub settings: SettingsPatch,
 }
 
@@ -113,8 +114,8 @@ impl Imported {
         scene.files.append(&mut self.files);
     }
 
-    /// Adds copies to a scene that has the model's assets. Copies whose only nodes are the joints of skins share them; others move by nodes of
-    /// their own, in the same clips.
+    /// Adds copies to a scene that has the model's assets. If skin joints are the model's only nodes, all copies share them. Otherwise each copy has
+    /// separate nodes, moved by the same clips.
     pub(super) fn place(&self, scene: &mut Scene, places: &[DAffine3]) {
         let hang_on_joints = self.objects.iter().all(|object| object.node.is_none() || object.skin.is_some());
         let of_others = self.motion.light_nodes.iter().chain(self.cameras.iter().map(|own| &own.node));
@@ -132,7 +133,7 @@ impl Imported {
         }
     }
 
-    /// Adds the nodes of a copy; its channels go into clips from the given one on where another copy's are there.
+    /// Adds the nodes of a copy. If `clips` is given, its channels are merged into the clips of an earlier copy, which begin at that index.
     fn add_motion(&self, scene: &mut Scene, place: DAffine3, clips: Option<usize>) -> Moved {
         let root = (!self.motion.nodes.is_empty()).then_some(scene.motion.nodes.len());
         let skin = scene.motion.skins.len();
@@ -146,7 +147,7 @@ impl Imported {
     }
 
     fn add_objects(&self, scene: &mut Scene, place: &DAffine3, Moved { root, skin }: Moved, share_joints: bool) {
-        // Nodes hang on one of their own that stands where the model does. So joints stand there as well, unless copies share them.
+        // The copy's nodes are below a root node with the model's transform. So joints have that transform too, unless copies share them.
         let stands = |object: &Object| object.skin.is_some() && !share_joints;
         let node = |node: Option<usize>| node.zip(root).map(|(node, root)| root + 1 + node);
         scene.objects.extend(self.objects.iter().map(|object| Object {
@@ -167,7 +168,7 @@ impl Imported {
 /// The indices of a copy's root node and first skin in the scene.
 #[derive(Debug, Clone, Copy)]
 struct Moved {
-    /// The node that the copy's nodes hang on and follow, if it has some.
+    /// The root node of the copy's nodes, if it has any.
     root: Option<usize>,
     /// The number of its first skin.
     skin: usize,

@@ -1,4 +1,4 @@
-//! A camera's lens: how wide it is, and at which distance things are sharp.
+//! A camera's lens: its aperture and its focus distance.
 
 use std::fmt::{self, Display};
 use std::str::FromStr;
@@ -7,7 +7,7 @@ use glam::DVec2;
 
 use super::{Camera, Error, Settings};
 
-/// Height of the sensor that f-numbers are of, in metres: full frame, 36 x 24 mm, for which photographers name focal lengths.
+/// Height in metres of the sensor that f-numbers refer to: full frame, 36 x 24 mm, for which photographers name focal lengths.
 const SENSOR_HEIGHT: f64 = 0.024;
 /// The widest lens, in metres.
 const WIDEST: f32 = 1e6;
@@ -16,22 +16,22 @@ const LEAST_F_NUMBER: f32 = 0.01;
 
 /// The aperture of a lens.
 ///
-/// Scenes are in metres and need not have a camera that could be bought, so a diameter is the plain way to say it, as renderers have it (the radius
-/// of PBRT's and Mitsuba's thin lenses). Photographers say f/2.8. A camera here has a field of view and neither a focal length nor a sensor, so the
-/// focal length is that of the same field of view on full frame.
+/// A scene is in metres and its camera need not be one that could be bought, so the diameter is the plain measure, as in other renderers (PBRT and
+/// Mitsuba take the radius of a thin lens). Photographers say f/2.8. A camera here has a field of view but neither a focal length nor a sensor, so an
+/// f-number refers to the focal length with the same field of view on full frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Aperture {
-    /// Across the lens, in metres. 0 is a pinhole, before which everything is sharp.
+    /// The diameter of the lens in metres. 0 is a pinhole, with which everything is sharp.
     Diameter(f32),
-    /// The focal length over the diameter.
+    /// The f-number: the focal length over the diameter.
     FNumber(f32),
 }
 
 impl Aperture {
-    /// Everything is sharp.
+    /// A pinhole: everything is sharp.
     pub const PINHOLE: Self = Self::Diameter(0.0);
 
-    /// Across the lens of a camera, in metres.
+    /// The diameter of the lens on a camera, in metres.
     pub fn diameter(self, camera: &Camera) -> f64 {
         match self {
             Self::Diameter(metres) => f64::from(metres),
@@ -56,7 +56,7 @@ impl FromStr for Aperture {
         };
         match text.trim().strip_prefix("f/") {
             Some(text) => number(text, LEAST_F_NUMBER).map(Self::FNumber),
-            // -0 is no other pinhole.
+            // -0 is the same pinhole.
             None => number(text, 0.0).map(|metres| Self::Diameter(metres.abs())),
         }
     }
@@ -72,30 +72,30 @@ impl Display for Aperture {
 }
 
 impl Aperture {
-    /// The values that its text may have, in words.
+    /// The valid values of its text, in words.
     pub const RANGE: &'static str =
         "a diameter from 0 to 1000000 metres, or an f-number from f/0.01 to f/1000000, as f/2.8";
 }
 
-/// A thin lens: all light of a point in the plane that is sharp meets in one point of the picture.
+/// A thin lens: all light from a point in the plane of focus meets in one point of the picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ThinLens {
-    /// Of its disc, in metres, above 0.
+    /// The radius of the lens in metres, above 0.
     pub radius: f64,
-    /// Of the plane that is sharp, along the view, in metres.
+    /// The distance of the plane of focus along the view, in metres.
     pub focus: f64,
 }
 
 impl ThinLens {
-    /// Returns the lens that the settings ask for; `None` for a pinhole, and for parallel rays, which no lens makes.
+    /// Returns the lens of the settings; `None` for a pinhole, and for parallel rays, which no lens makes.
     pub fn of(settings: &Settings, camera: &Camera) -> Option<Self> {
         let radius = 0.5 * settings.aperture.diameter(camera);
         let focus = f64::from(settings.focus?);
         (radius > 0.0 && !camera.is_orthographic()).then_some(Self { radius, focus })
     }
 
-    /// The camera that looks through a point of the lens: right and up from its middle, in radii. It stands there, looks the same way, and its
-    /// picture is shifted so that the plane that is sharp stays where it is.
+    /// The camera that looks through a point of the lens, given right and up from its centre in radii. It is moved to that point and keeps its
+    /// direction; its picture is shifted so that the plane of focus stays in place.
     #[must_use]
     pub fn through(&self, camera: &Camera, [right, up]: [f64; 2]) -> Camera {
         let beside = [right, up].map(|along| along * self.radius);

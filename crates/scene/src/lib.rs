@@ -9,7 +9,7 @@
 //! - `readers`, on by default, reads and writes files: glTF, OBJ, scene files and settings in TOML, pictures and skies. It also has the built-in scenes,
 //!   and work on meshes: tangents, the order of triangles, and levels of detail. Without it a program fills a [`Scene`] itself, with tangents where a
 //!   material has a normal map. Meshes then have no levels of detail, messages about unknown names propose none, and textures in compressed blocks are
-//!   drawn only by devices that sample them as they are ([`Texture::is_readable`]).
+//!   drawn only by devices that can sample them compressed ([`Texture::is_readable`]).
 //! - `serde` serializes the choices that settings consist of. `readers` includes it.
 
 #![deny(missing_docs)]
@@ -80,7 +80,7 @@ pub use look::{HIGHLIGHT, HIGHLIGHT_SHARE, Look, MAX_ATLAS_EDGE};
 pub(crate) use material::FORMS;
 pub use material::{AlphaMode, Brdf, DIELECTRIC, Material, SlotForm, TextureSlot, UvMap, scaled};
 pub use mesh::{CastsShadow, Mesh, Object, STROKE_ENDS, STROKE_VERTICES, TriangleId, stroke_indices};
-// Tests of the order of vertices measure with them, here and in the renderer.
+// Tests of vertex order measure with these, here and in the renderer.
 #[doc(hidden)]
 pub use mesh::{grid_indices, transformed_vertices};
 pub use motion::{
@@ -101,7 +101,7 @@ pub use temperature::{KELVIN, black_body_color};
 pub use texels::{BlockFormat, Texels};
 pub use texels::{level_size, most_levels};
 #[cfg(feature = "readers")]
-// For pictures that the program reads.
+// The program decodes pictures with it.
 #[doc(hidden)]
 pub use texture::decode;
 pub use texture::{ColorSpace, Filter, Sampler, Texture, Wrap};
@@ -110,74 +110,74 @@ use std::path::PathBuf;
 
 use glam::Vec3;
 
-/// Everything that a frame can show.
+/// All content that a frame can show.
 #[derive(Debug, Clone, Default)]
 pub struct Scene {
     /// The scene's name in reports: a file's name or `builtin:…`.
     pub name: String,
-    /// `Object::mesh` indexes it.
+    /// The meshes; `Object::mesh` indexes them.
     pub meshes: Vec<Mesh>,
     /// The objects that are drawn: each is a mesh with a material at a place.
     pub objects: Vec<Object>,
-    /// At least one when there is an object; `Object::material` indexes it.
+    /// The materials, at least one if there is an object; `Object::material` indexes them.
     pub materials: Vec<Material>,
-    /// `Material`'s texture slots index it.
+    /// The textures; the texture slots of `Material` index them.
     pub textures: Vec<Texture>,
     /// The sources of light besides the environment.
     pub lights: Vec<Light>,
     /// Light from everywhere.
     pub environment: Environment,
-    /// The sky: it is seen where no surface is, in place of the environment's background, and lights surfaces beside the ambient light.
+    /// The sky. It is drawn where no surface is, in place of the environment's background, and lights surfaces in addition to the ambient light.
     pub sky: Option<Sky>,
     /// The camera that sees the scene.
     pub camera: Camera,
-    /// The cameras that its files have, for views through another.
+    /// The cameras of the scene's files, as alternative views.
     pub cameras: Vec<NamedCamera>,
-    /// The one of `cameras` that `camera` is, so that it moves as that one does; `None` where it stands still.
+    /// The index in `cameras` of the camera that `camera` follows; `None` if it stands still.
     pub looks_through: Option<usize>,
-    /// Its nodes, skins, shapes and clips.
+    /// The scene's nodes, skins, shapes and clips.
     pub motion: Motion,
     /// Sources of particles.
     pub emitters: Vec<Emitter>,
-    /// The moment at which its particles stand still, in seconds; none where they go on, from 0.
+    /// The moment at which particles stand still, in seconds; if `None`, they move, from 0 on.
     pub moment: Option<f64>,
-    /// The parts of it that no file and no caller chose.
+    /// The parts that neither a file nor the caller chose.
     pub fitted: FittedParts,
     /// The settings that the scene file asks for; the command line overrides it.
     pub settings: SettingsPatch,
-    /// Oddities of the input and how each was handled, a line each, naming file and line where there is one.
+    /// Oddities of the input and how each was handled, a line each, with file and line where known.
     pub warnings: Vec<String>,
-    /// The files that it was read from; none for a scene that is built in.
+    /// The files that it was read from; empty for a built-in scene.
     pub files: Vec<PathBuf>,
 }
 
 /// A camera of a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NamedCamera {
-    /// As `--camera` takes it.
+    /// The name, as `--camera` takes it.
     pub name: String,
-    /// Its state when no clip plays.
+    /// The camera when no clip plays.
     pub camera: Camera,
-    /// The node of [`Motion::nodes`] that it hangs on.
+    /// The node of [`Motion::nodes`] that it is attached to.
     pub node: Option<usize>,
 }
 
-/// The parts of a scene that were fitted to its objects, as nobody said them.
+/// The parts of a scene that were fitted to its objects because nothing else gave them.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct FittedParts {
-    /// The camera.
+    /// True if the camera was fitted.
     pub camera: bool,
-    /// [`SettingsPatch::exposure`]: that of the studio, or for what is seen of the model.
+    /// True if [`SettingsPatch::exposure`] was fitted: to the studio, or to the visible part of the model.
     pub exposure: bool,
-    /// True for a bare model. Its exposure, unless one is given, is metered from what the camera sees of it.
+    /// True for a bare model. Unless an exposure is given, it is metered from the camera's view of the model.
     pub is_bare: bool,
-    /// All of its light, which a sky can take the place of.
+    /// True if all light was fitted, so that a sky can replace it.
     pub light: bool,
-    /// The sky, the background and the last light: a [`Studio`]'s, beside lights of the file if `light` is false.
+    /// True if the sky, the background and the last light are a [`Studio`]'s. If `light` is false, lights of the file are there too.
     pub studio: bool,
-    /// The index of the object below the model that only shows shadows.
+    /// The index of the shadow-catching ground object below the model.
     pub ground: Option<usize>,
-    /// The radiance in nits that emission of 1 has become, where materials give emission as shares of white.
+    /// The radiance in nits that an emission of 1 was scaled to, if materials give emission as shares of white.
     pub white: Option<f32>,
 }
 
@@ -187,7 +187,7 @@ pub struct Environment {
     /// Ambient radiance that reaches a surface from every direction, in nits, or with `ground` from every direction above the
     /// horizon. A lambert surface in even ambient light reflects albedo times this, a metal its lobe's share of this.
     pub ambient: Vec3,
-    /// Radiance from every direction below the horizon (-Y), in nits; the same as from above where there is none.
+    /// Radiance from every direction below the horizon (-Y), in nits; `None` means `ambient`.
     pub ground: Option<Vec3>,
     /// Radiance of the background, in nits.
     pub background: Vec3,
@@ -204,9 +204,9 @@ impl Environment {
         self.ambient.max(self.ground()).max_element() > 0.0
     }
 
-    /// Mean and half the difference of the two half-spheres. Their irradiance on a surface whose normal n is tilted from straight up
-    /// is pi (mean + half n.y): the shares of the half-spheres that it faces are (1 + n.y) / 2 and (1 - n.y) / 2, exactly (B. Y. H. Liu and
-    /// R. C. Jordan, "The Long-Term Average Performance of Flat-Plate Solar-Energy Collectors", 1963).
+    /// Mean and half difference of the two hemispheres' radiance. The irradiance on a surface whose normal n is tilted from straight up is
+    /// pi (mean + half n.y): the surface faces shares of (1 + n.y) / 2 and (1 - n.y) / 2 of the hemispheres, exactly (B. Y. H. Liu and R. C. Jordan,
+    /// "The Long-Term Average Performance of Flat-Plate Solar-Energy Collectors", 1963).
     pub fn hemispheres(&self) -> (Vec3, Vec3) {
         // Halved first: the sum of the largest radiances would overflow. Even light stays the same, to the last bit.
         let (sky, ground) = (self.ambient * 0.5, self.ground() * 0.5);
@@ -220,7 +220,7 @@ impl Scene {
         self.objects.iter().fold(Aabb::EMPTY, |all, object| all.union(&object.bounds(&self.meshes)))
     }
 
-    /// Its objects without a [fitted](FittedParts::ground) ground.
+    /// The objects without the [fitted](FittedParts::ground) ground.
     pub fn model_objects(&self) -> impl Iterator<Item = &Object> {
         let own = self.objects.iter().enumerate().filter(|(index, _)| self.fitted.ground != Some(*index));
         own.map(|(_, object)| object)
@@ -231,7 +231,7 @@ impl Scene {
         self.model_objects().fold(Aabb::EMPTY, |all, object| all.union(&object.bounds(&self.meshes)))
     }
 
-    /// Returns true if a skin or shapes deform an object's mesh, so that it has vertices of its own.
+    /// Returns true if a skin or shapes deform an object's mesh, so that the object needs separate vertices.
     pub fn deforms(&self, object: &Object) -> bool {
         let Some(mesh) = self.meshes.get(object.mesh) else { return false };
         let skinned = object.skin.is_some() && mesh.influences.is_some();
@@ -252,7 +252,7 @@ mod tests {
 
     use super::*;
 
-    /// The irradiance of a surface by the sum over the directions that it faces, each as wide in the cosine as the others.
+    /// The irradiance on a surface, summed over directions with equal steps of the cosine.
     fn summed(sky: f64, ground: f64, normal: DVec3) -> f64 {
         const STEPS: usize = 400;
         let across = normal.any_orthonormal_vector();

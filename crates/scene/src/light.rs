@@ -1,14 +1,14 @@
-//! Light sources, in the units of KHR_lights_punctual: the one place that knows what kinds there are. The rest of the program asks a light
-//! for its [`LightForm`].
+//! Light sources, in the units of KHR_lights_punctual. Only this module distinguishes the kinds of lights; the rest of the program asks a light for
+//! its [`LightForm`].
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
 use super::{OptionalPart, luminance};
 
-/// A light. Its radiometric strength is `color * intensity`.
+/// A light. The radiometric strength is `color * intensity`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Light {
-    /// For messages and reports.
+    /// The name in messages and reports.
     pub name: String,
     /// The shape and place of the light.
     pub kind: LightKind,
@@ -16,10 +16,10 @@ pub struct Light {
     pub color: Vec3,
     /// Lux for a directional light and a beam, candela for point and spot. Not negative.
     pub intensity: f32,
-    /// True if objects stand in its way.
+    /// True if objects block its light.
     pub casts_shadow: bool,
-    /// The size of the source, for soft shadows: the angular diameter in degrees where rays are parallel, else the radius in metres. 0 for a
-    /// light without a size.
+    /// The size of the source, for soft shadows: the angular diameter in degrees if rays are parallel, else the radius in metres. 0 for a light
+    /// without a size.
     pub size: f64,
 }
 
@@ -33,7 +33,7 @@ pub enum LightKind {
     },
     /// Light to all sides.
     Point {
-        /// In world space, metres.
+        /// The position in world space, in metres.
         position: DVec3,
         /// Metres beyond which the light is zero; `None` reaches everywhere.
         range: Option<f64>,
@@ -46,9 +46,9 @@ pub enum LightKind {
         position: DVec3,
         /// The direction in which the light travels, of any length but 0.
         direction: DVec3,
-        /// From the axis: up to here the light is full. 0 to `outer_angle_degrees`.
+        /// The angle from the axis up to which the light is full. 0 to `outer_angle_degrees`.
         inner_angle_degrees: f64,
-        /// From the axis: from here on there is no light. At most 180.
+        /// The angle from the axis, at most 180, beyond which there is no light.
         outer_angle_degrees: f64,
         /// Metres beyond which the light is zero; `None` reaches everywhere.
         range: Option<f64>,
@@ -61,7 +61,7 @@ pub enum LightKind {
         position: DVec3,
         /// The direction in which the light travels, of any length but 0.
         direction: DVec3,
-        /// Of the disc, in metres.
+        /// The radius of the disc, in metres.
         radius: f64,
         /// The share of the radius, 0 to 1, over which the light fades out towards the rim.
         edge: f64,
@@ -70,42 +70,42 @@ pub enum LightKind {
     },
 }
 
-/// The properties of a light that the program needs, for any kind alike.
+/// The properties of a light that the program needs, independent of its kind.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LightForm {
     /// The kind's number in fingerprints of truths.
     pub number: u64,
-    /// As scene files and reports call the kind.
+    /// The kind's name in scene files and reports.
     pub name: &'static str,
     /// The unit of its intensity.
     pub unit: &'static str,
-    /// Its place; `None` for a light that is infinitely far away.
+    /// The position; `None` for a light that is infinitely far away.
     pub place: Option<DVec3>,
-    /// The direction in which its light travels, of any length but 0; `None` for one that shines all around.
+    /// The direction in which its light travels, of any length but 0; `None` for a point light.
     pub direction: Option<DVec3>,
     /// The space that its rays fill.
     pub outline: Outline,
     /// Metres beyond which it is exactly zero.
     pub range: Option<f64>,
-    /// `None` for light that no distance weakens.
+    /// The fall-off; `None` if distance does not weaken the light.
     pub falloff: Option<Falloff>,
 }
 
 /// The space that a light's rays fill.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Outline {
-    /// All of it.
+    /// All space.
     Space,
-    /// Its half angles.
+    /// A cone of these half angles.
     Cone {
-        /// In degrees; the light is full up to here.
+        /// The angle in degrees up to which the light is full.
         inner: f64,
-        /// In degrees; no light from here on.
+        /// The angle in degrees beyond which there is no light.
         outer: f64,
     },
-    /// Around the axis, from the light's place on.
+    /// A cylinder around the axis, from the light's position on.
     Cylinder {
-        /// In metres.
+        /// The radius in metres.
         radius: f64,
         /// The soft share of the radius, 0 to 1.
         edge: f64,
@@ -115,35 +115,36 @@ pub enum Outline {
 /// A light's view of the scene in its shadow maps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ShadowProjection {
-    /// Along parallel rays from infinitely far away, wherever the camera looks.
+    /// Parallel rays from infinitely far away, wherever the camera looks.
     Far,
-    /// From the light's place along its direction; half the view's width in metres, at a distance of a metre, or everywhere if rays are parallel.
+    /// One view from the light's position along its direction. The number is half the view's width in metres, at a distance of 1 m, or everywhere if
+    /// rays are parallel.
     Ahead(f64),
-    /// To all sides.
+    /// Six views, to all sides.
     Around,
 }
 
 /// The solid of which a light's volume is the image: a unit sphere, or a cone with its apex at zero, its axis +Z and its base of radius 1 at 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Solid {
-    /// Around zero.
+    /// A unit sphere around zero.
     Sphere,
-    /// Along +Z.
+    /// A cone along +Z.
     Cone,
 }
 
-/// A part of the shaders' code that only some lights need. It is compiled where a light of the plan does.
+/// A part of the shaders' code that only some lights need. It is compiled if a light of the plan needs it.
 #[derive(Debug, Clone, Copy)]
 pub struct LightTrait {
     /// The bit in the shaders' constant `TRAITS`.
     pub bit: u32,
-    /// Its word for `--plan`.
+    /// The part's entry in `--plan`.
     pub part: OptionalPart,
-    /// As reports call it.
+    /// The name in reports.
     pub name: &'static str,
 }
 
-/// All of them, in the order of reports.
+/// All light traits, in the order of reports.
 pub const TRAITS: &[LightTrait] = &[
     LightTrait { bit: CONES, part: OptionalPart::SpotCones, name: "spot cones" },
     LightTrait { bit: BEAMS, part: OptionalPart::Beams, name: "beams" },
@@ -153,7 +154,7 @@ const RANGES: u32 = 1;
 const CONES: u32 = 2;
 const BEAMS: u32 = 4;
 
-/// The value that stands in a record in place of a fall-off.
+/// The value in a light's record for a light without a fall-off.
 pub const NO_FALLOFF: u32 = 3;
 
 /// A cone that is wider than this, measured from its axis in degrees, gets the six shadow maps of a point light, and the volume of one: one
@@ -168,8 +169,8 @@ const LEAST_CONE: f64 = 0.001;
 /// Least soft edge of a beam as a share of its radius, part of the model.
 const LEAST_EDGE: f64 = 0.001;
 
-/// The direction with a length of 1; `None` where it has none. Squares of its parts may be more or less than f64 holds. One that has that
-/// length, but for rounding, stays as it is.
+/// Scales a direction to a length of 1; `None` for a zero vector. It handles vectors whose squared components overflow or underflow f64. A direction
+/// whose length is 1 but for rounding is returned unchanged.
 pub fn unit(direction: DVec3) -> Option<DVec3> {
     match (direction.length_squared() - 1.0).abs() < 1e-14 {
         true => Some(direction),
@@ -178,8 +179,8 @@ pub fn unit(direction: DVec3) -> Option<DVec3> {
 }
 
 impl LightKind {
-    /// Returns all there is to know about it. The patterns name every field, so that a new one does not compile until it has its place here, and with
-    /// it in the checks of scenes and in the fingerprints of truths.
+    /// Returns all properties of the light. The patterns name every field, so a new field does not compile until it has a place here, and with it in
+    /// the checks of scenes and in the fingerprints of truths.
     pub fn form(&self) -> LightForm {
         let (place, direction, outline, range, falloff) = (None, None, Outline::Space, None, None);
         let form = |number, name, unit| LightForm { number, name, unit, place, direction, outline, range, falloff };
@@ -211,7 +212,7 @@ impl LightKind {
         self.form().place.is_none()
     }
 
-    /// Its place, to be moved.
+    /// The position, to be changed.
     pub fn place_mut(&mut self) -> Option<&mut DVec3> {
         match self {
             Self::Directional { .. } => None,
@@ -219,7 +220,7 @@ impl LightKind {
         }
     }
 
-    /// Its direction, to be turned.
+    /// The direction, to be changed.
     pub fn direction_mut(&mut self) -> Option<&mut DVec3> {
         match self {
             Self::Point { .. } => None,
@@ -255,7 +256,7 @@ impl Outline {
 }
 
 impl LightForm {
-    /// All its numbers by name, but those of the fall-off.
+    /// All numbers of the light by name, except the fall-off.
     pub fn numbers(&self) -> Vec<(&'static str, Vec<f64>)> {
         let vector = |vector: DVec3| vector.to_array().to_vec();
         let outline = match self.outline {
@@ -279,8 +280,8 @@ impl LightForm {
         outline | if self.range.is_some() { RANGES } else { 0 }
     }
 
-    /// Scale and offset by which `shaders/shared/lights.wgsl` cuts the outline: of a cone `saturate(scale cos(angle) + offset)^2`
-    /// (KHR_lights_punctual, "Inner and Outer Cone Angles"), of a cylinder the same of the metres beside the axis.
+    /// Scale and offset by which `shaders/shared/lights.wgsl` cuts the outline: for a cone `saturate(scale cos(angle) + offset)^2`
+    /// (KHR_lights_punctual, "Inner and Outer Cone Angles"), for a cylinder the same formula of the distance from the axis in metres.
     pub fn edge(&self) -> [f64; 2] {
         match self.outline {
             Outline::Space => [0.0, 1.0],
@@ -296,8 +297,8 @@ impl LightForm {
         }
     }
 
-    /// A sphere around the space that the light lights within `reach` metres: its centre and radius. A narrow cone's is smaller than the light's own:
-    /// that through its apex and the rim of its base, or that around the rim alone where the cone is wider than 45 degrees.
+    /// A sphere around the space that the light reaches within `reach` metres: its centre and radius. A narrow cone gets a smaller sphere than one
+    /// around the light: through the apex and the rim of its base, or around the rim alone if the cone is wider than 45 degrees.
     pub fn sphere(&self, reach: f64) -> (DVec3, f64) {
         let Some(place) = self.place else { return (DVec3::ZERO, f64::INFINITY) };
         match (self.outline, self.unit_direction()) {
@@ -317,7 +318,7 @@ impl LightForm {
         }
     }
 
-    /// The farthest from its place, in metres, that it lights anything within `reach` metres.
+    /// The greatest distance from its position, in metres, at which it lights anything within `reach` metres.
     pub fn extent(&self, reach: f64) -> f64 {
         match self.outline {
             Outline::Space | Outline::Cone { .. } => reach,
@@ -325,8 +326,8 @@ impl LightForm {
         }
     }
 
-    /// A volume around the space that the light lights within `reach` metres, which is finite: the image of a solid by these columns, and the offset
-    /// of the image's zero from the light's place.
+    /// A volume around the space that the light reaches within `reach` metres, which is finite: a solid, the columns of the matrix that transforms
+    /// it, and the offset of the transformed origin from the light's position.
     pub fn volume(&self, reach: f64) -> (Solid, DMat3, DVec3) {
         match (self.outline, self.unit_direction()) {
             (Outline::Cone { outer, .. }, Some(direction)) if outer <= WIDEST_CONE => {
@@ -335,7 +336,7 @@ impl LightForm {
                 (Solid::Cone, DMat3::from_cols(side * base, up * base, direction * reach), DVec3::ZERO)
             }
             (Outline::Cylinder { radius, .. }, Some(direction)) => {
-                // The smallest ellipsoid around the cylinder, and as much as a beam's range is longer for its rounding, it is wider.
+                // The smallest ellipsoid around the cylinder, widened by the share by which a beam's range is lengthened for rounding.
                 let (along, across) = (0.75f64.sqrt() * reach, 1.5f64.sqrt() * radius * (1.0 + SLACK));
                 let (side, up) = direction.any_orthonormal_pair();
                 let columns = DMat3::from_cols(side * across, up * across, direction * along);
@@ -350,7 +351,7 @@ impl LightForm {
         self.place.is_none() || matches!(self.outline, Outline::Cylinder { .. })
     }
 
-    /// Returns true if its rays begin at a plane: that of a beam's disc.
+    /// Returns true if its rays start on a plane: the disc of a beam.
     pub fn starts_at_plane(&self) -> bool {
         self.place.is_some() && self.is_parallel()
     }
@@ -377,12 +378,12 @@ impl LightForm {
 }
 
 impl Light {
-    /// White, of intensity 1, without a size or shadows.
+    /// A white light of intensity 1, without a size or shadows.
     pub fn of(kind: LightKind) -> Self {
         Self { name: String::new(), kind, color: Vec3::ONE, intensity: 1.0, casts_shadow: false, size: 0.0 }
     }
 
-    /// Returns the light with a direction of length 1, where it has one, as formulas take it.
+    /// Returns the light with its direction, if it has one, scaled to a length of 1, as formulas need it.
     pub fn aimed(&self) -> Self {
         let mut light = self.clone();
         if let Some(direction) = light.kind.direction_mut() {
@@ -391,7 +392,7 @@ impl Light {
         light
     }
 
-    /// The light moved and turned; a transform's scale moves it and changes nothing else (KHR_lights_punctual, "Light Shared Properties").
+    /// Moves and rotates the light. A transform's scale affects its position only (KHR_lights_punctual, "Light Shared Properties").
     pub fn transformed(mut self, transform: &DAffine3) -> Self {
         if let Some(place) = self.kind.place_mut() {
             *place = transform.transform_point3(*place);
@@ -402,17 +403,17 @@ impl Light {
         self
     }
 
-    /// Returns true if it can add anything.
+    /// Returns true if it emits any light.
     pub fn shines(&self) -> bool {
         self.intensity > 0.0 && self.color.max_element() > 0.0
     }
 
-    /// Half of how wide the source is: the radius in metres, or where rays are parallel the tangent of half the angle.
+    /// Half the size of the source: the radius in metres, or, if rays are parallel, the tangent of half the angle.
     pub fn half_size(&self) -> f64 {
         if self.kind.form().is_parallel() { (0.5 * self.size).to_radians().tan() } else { self.size }
     }
 
-    /// Lux that it brings to a receptor at `point` that faces it, in a scene of `radius` metres, for metering.
+    /// The illuminance in lux on a receptor at `point` that faces the light, in a scene of `radius` metres, for metering.
     ///
     /// A light with a range counts by its lux at half its range, times the share of the scene that it reaches: a scene of many
     /// short-ranged lamps is lit although none of them reaches the centre. Cones of spots count as open; a beam counts by its share of the
@@ -453,7 +454,7 @@ pub enum Falloff {
 }
 
 impl Falloff {
-    /// Returns the number by which shaders know the fall-off.
+    /// Returns the fall-off's number in shaders.
     pub const fn index(&self) -> u32 {
         match self {
             Self::InverseSquare => 0,
@@ -462,7 +463,7 @@ impl Falloff {
         }
     }
 
-    /// Constant, linear and quadratic coefficient of a polynomial; zeros of the others.
+    /// Constant, linear and quadratic coefficient of a polynomial; zeros for other fall-offs.
     pub fn terms(&self) -> [f32; 3] {
         match *self {
             Self::InverseSquare | Self::Quadratic => [0.0; 3],
@@ -470,7 +471,7 @@ impl Falloff {
         }
     }
 
-    /// The fall-off at `distance` metres, or at half the range where that is nearer.
+    /// The fall-off at `distance` metres, or at half the range if that is nearer.
     fn metered(&self, range: Option<f64>, distance: f64) -> f64 {
         let distance = range.map_or(distance, |range| distance.min(range * 0.5));
         let ratio = range.map_or(0.0, |range| distance / range);
@@ -484,8 +485,8 @@ impl Falloff {
         }
     }
 
-    /// Distance in metres beyond which a polynomial light of `intensity` candela brings less than `cutoff` lux: the greatest root
-    /// of intensity / (c + l d + q d^2) = cutoff. This is the radius of the volume that such a light is drawn with.
+    /// Distance in metres beyond which a polynomial light of `intensity` candela brings less than `cutoff` lux: the greatest root of
+    /// intensity / (c + l d + q d^2) = cutoff. The light's volume is drawn with this radius.
     ///
     /// 0 when it is never that bright; infinity when it never falls below (no linear and no quadratic term, or a cut-off that is
     /// not above 0); `None` for the other fall-offs, whose reach is their range. Never NaN.
@@ -529,7 +530,7 @@ mod tests {
     }
 
     proptest! {
-        /// At the rim of each end, where it is farthest.
+        /// Checks points on the rims of both ends, the farthest points of a beam.
         #[test]
         fn all_that_a_beam_lights_lies_in_its_sphere_and_in_its_volume(
             place in [-9.0..9.0f64, -9.0..9.0, -9.0..9.0], to in [-1.0..1.0f64, -1.0..1.0, -1.0..1.0], radius in 1e-3..9.0f64,

@@ -15,29 +15,29 @@ use super::{Aabb, Error, Imported, LightChoice, LoadOptions, Progress, Scene, bu
 pub struct OpenOptions<'a> {
     /// Called with the progress of long work, from several threads.
     pub progress: Option<&'a (dyn Fn(Progress) + Sync)>,
-    /// Width over height of the picture that a fitted camera must hold the model in; above 0.
+    /// The aspect ratio, width over height, of the picture in which a fitted camera frames the model; above 0.
     pub aspect: f64,
-    /// Metres that a unit of a bare model's file is, above 0.
+    /// The length of a unit of a bare model's file, in metres, above 0.
     pub scale: f64,
-    /// The axis that is up in a bare model's file.
+    /// The upward axis of a bare model's file.
     pub up: Up,
-    /// The scene of a bare glTF file that is opened, by its name or its number.
+    /// The scene of a bare glTF file to open, by its name or its number.
     pub scene: Option<&'a str>,
-    /// The look of a bare glTF file's materials (KHR_materials_variants).
+    /// The material variant of a bare glTF file (KHR_materials_variants).
     pub variant: Option<&'a str>,
-    /// The light of a bare model; `None` for that of its file, and where it has none for a studio, or for the sun where the model is a hall.
+    /// The light of a bare model. `None` takes the light of the file, else a studio, or the sun if the model is a hall.
     pub light: Option<&'a LightChoice>,
-    /// True if glTF files may read what lies outside their folders.
+    /// True if glTF files may read files outside their folders.
     pub allow_outside: bool,
 }
 
 /// An axis of a file that points up. The other two stay right-handed. Needs the feature `readers`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Up {
-    /// As in this program's world.
+    /// +Y, as in this program's world.
     #[default]
     Y,
-    /// As of many modelling and CAD programs: their Y leads away from the viewer, as -Z does here.
+    /// +Z, as in many modelling and CAD programs: their Y leads away from the viewer, as -Z does here.
     Z,
 }
 
@@ -57,7 +57,7 @@ impl Default for OpenOptions<'_> {
 }
 
 impl<'a> OpenOptions<'a> {
-    /// From a bare model's file to metres with +Y up.
+    /// The transform from a bare model's file to metres with +Y up.
     fn placed(&self) -> DAffine3 {
         let turned = match self.up {
             Up::Y => DMat3::IDENTITY,
@@ -71,10 +71,10 @@ impl<'a> OpenOptions<'a> {
     }
 }
 
-/// Metres from which on a bare model is thought to have another unit.
+/// A bare model that is longer than this, in metres, is assumed to use another unit.
 const LONG: f64 = 500.0;
 
-/// The files that can be opened, and that a scene file may take its models from, for messages.
+/// The files that can be opened, and the files that a scene file may take models from, for messages.
 const READS: &str = "scene files (.toml), models (.gltf, .glb, .obj) and builtin:NAME";
 const READS_MODELS: &str = "models from .gltf, .glb and .obj files (a scene file goes under base)";
 
@@ -95,12 +95,12 @@ impl ModelFormat {
     }
 }
 
-/// Opens `builtin:NAME?key=value&…`, a scene file (`.toml`) or a bare model (`.gltf`, `.glb`, `.obj`). Cameras and lights that such a file leaves out
-/// are fitted to it. Needs the feature `readers`.
+/// Opens `builtin:NAME?key=value&…`, a scene file (`.toml`) or a bare model (`.gltf`, `.glb`, `.obj`). If the file has no camera or no light, one is
+/// fitted to the model. Needs the feature `readers`.
 ///
 /// # Errors
-/// [`Error`], one line that names what is wrong with what; see its variants. [`Error::Setting`] for a scale or an upward axis of anything but
-/// a bare model, and for a scene or a variant of anything but a bare glTF file.
+/// [`Error`], one line that names the fault and the place; see its variants. [`Error::Setting`] for a scale or an upward axis of anything but a bare
+/// model, and for a scene or a variant of anything but a bare glTF file.
 pub fn open(spec: &str, options: &OpenOptions) -> Result<Scene, Error> {
     let mut scene = open_base(spec, options)?;
     if !spec.starts_with(builtin::PREFIX) {
@@ -109,7 +109,7 @@ pub fn open(spec: &str, options: &OpenOptions) -> Result<Scene, Error> {
     Ok(scene)
 }
 
-/// Opens a scene on which a scene file builds, as [`open`] does, but with triangles in the order of their files: they are put in order once, in the whole scene.
+/// Opens the base of a scene file as [`open`] does, but without ordering triangles: that is done once, for the whole scene.
 ///
 /// # Errors
 /// As [`open`].
@@ -130,7 +130,7 @@ pub(super) fn open_base(spec: &str, options: &OpenOptions) -> Result<Scene, Erro
     if spec.starts_with(builtin::PREFIX) {
         return builtin::open(spec);
     }
-    // Each number is looked at when it is read. Products of them may still overflow, which a plan finds out.
+    // Each number is checked when it is read. Products of them may still overflow, which a plan detects.
     open_file(Path::new(spec), options)
 }
 
@@ -148,7 +148,7 @@ fn open_file(path: &Path, options: &OpenOptions) -> Result<Scene, Error> {
     }
 }
 
-/// Orders the triangles of meshes for devices ([`Mesh::order_triangles`]), but not where some object blends them.
+/// Orders the triangles of meshes for devices ([`Mesh::order_triangles`]). Meshes of blended objects keep their order.
 fn order_triangles(scene: &mut Scene) {
     let mut are_blended = vec![false; scene.meshes.len()];
     for object in &scene.objects {
@@ -158,7 +158,7 @@ fn order_triangles(scene: &mut Scene) {
     others.for_each(|(mesh, _)| mesh.order_triangles());
 }
 
-/// Opens a bare model; cameras and lights that its file leaves out are fitted to it.
+/// Opens a bare model; missing cameras and lights are fitted to it.
 fn open_model(path: &Path, format: ModelFormat, options: &OpenOptions) -> Result<Scene, Error> {
     let mut scene = Scene { name: path.display().to_string(), ..Scene::default() };
     let chosen = Chosen { scene: options.scene, variant: options.variant };
@@ -169,7 +169,7 @@ fn open_model(path: &Path, format: ModelFormat, options: &OpenOptions) -> Result
         model.drop_lights();
     }
     model.append_to(&mut scene, options.placed());
-    // Metres by its specification.
+    // The other formats are in metres by their specification.
     let doubt = if format == ModelFormat::Obj { doubt(&scene.bounds(), options) } else { None };
     scene.warnings.extend(doubt);
     let stand = fit::fit_camera(&mut scene, options.aspect);
@@ -181,14 +181,14 @@ fn open_model(path: &Path, format: ModelFormat, options: &OpenOptions) -> Result
         Some(own) => (scene.environment, scene.settings) = (own.environment, own.settings),
         None => fit::light_model(&mut scene, options.light, stand)?,
     }
-    // Shares of white: as the format has it, or since the light is not the one that its nits were meant for.
+    // Emission becomes shares of white: by the format's definition, or because the fitted light is not the light that its nits were meant for.
     if format == ModelFormat::Obj || scene.fitted.light {
         fit::fit_emission(&mut scene);
     }
     Ok(scene)
 }
 
-/// Returns a warning if the model is so large that its unit is hardly the metre.
+/// Returns a warning if the model is too large for its unit to be the metre.
 fn doubt(bounds: &Aabb, options: &OpenOptions) -> Option<String> {
     let longest = bounds.size().max_element();
     let is_odd = options.scale == 1.0 && !bounds.is_empty() && longest > LONG;

@@ -11,7 +11,8 @@ pub struct Sheen {
     pub roughness: f32,
 }
 
-/// The least roughness of a sheen. The distribution has 1 / alpha, and below this the fit of its visibility reflects more than twice the light that arrives at grazing angles.
+/// The least roughness of a sheen. The distribution has 1 / alpha, and below this the fit of its visibility reflects more than twice the light that
+/// arrives at grazing angles.
 pub const MIN_SHEEN_ROUGHNESS: f32 = 0.07;
 
 impl Sheen {
@@ -24,7 +25,8 @@ impl Sheen {
     }
 }
 
-/// A thin film on a surface, as of oil or on a soap bubble, that reflects each colour at other angles (KHR_materials_iridescence). Cook-Torrance materials alone have it.
+/// A thin film on a surface, as of oil or on a soap bubble, that reflects each colour at other angles (KHR_materials_iridescence). Only Cook-Torrance
+/// materials have one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ThinFilm {
     /// Share of the film's reflectance in the surface's, 0 to 1; 0 is no film.
@@ -51,17 +53,18 @@ impl Default for ThinFilm {
     }
 }
 
-/// Grooves along a surface, as of brushed metal, that stretch its highlight (KHR_materials_anisotropy). Cook-Torrance materials alone have them, and meshes with tangents.
+/// Grooves along a surface, as of brushed metal, that stretch its highlight (KHR_materials_anisotropy). They need a Cook-Torrance material and a mesh
+/// with tangents.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Anisotropy {
-    /// From the material's roughness along the grooves to fully rough across: 0 to 1; 0 is no anisotropy.
+    /// The strength, 0 to 1: across the grooves the roughness goes from the material's own (0, no anisotropy) to fully rough (1).
     pub strength: f32,
     /// The direction of greater roughness: counter-clockwise from the tangent towards the bitangent, in radians.
     pub rotation: f32,
 }
 
 impl Anisotropy {
-    /// As rough in each direction.
+    /// No anisotropy: equally rough in all directions.
     pub const NONE: Self = Self { strength: 0.0, rotation: 0.0 };
 
     /// Returns true if the highlight is stretched.
@@ -70,8 +73,8 @@ impl Anisotropy {
     }
 }
 
-/// A thin surface, as a leaf or a lampshade, that lets a share of the light through diffusely (KHR_materials_diffuse_transmission): light that arrives at its back
-/// leaves its front evenly. Cook-Torrance materials alone have it.
+/// A thin surface, as a leaf or a lampshade, that lets a share of the light through diffusely (KHR_materials_diffuse_transmission): light that
+/// arrives at its back leaves its front evenly. Only Cook-Torrance materials have it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DiffuseTransmission {
     /// Share of the base that transmits in place of reflecting, 0 to 1; 0 is an opaque surface.
@@ -102,9 +105,9 @@ impl Default for Anisotropy {
     }
 }
 
-/// The way of light through glass (KHR_materials_transmission, KHR_materials_volume, KHR_materials_dispersion). Only materials of
-/// [`AlphaMode::Glass`](crate::AlphaMode::Glass) and Cook-Torrance have one: their transmission is 1 - alpha, tinted by the base colour once and blurred by the roughness. Glass
-/// without it fades what lies behind it, and nothing else.
+/// Refraction and absorption in glass (KHR_materials_transmission, KHR_materials_volume, KHR_materials_dispersion). Only Cook-Torrance materials of
+/// [`AlphaMode::Glass`](crate::AlphaMode::Glass) have it: their transmission is 1 - alpha, tinted by the base colour once and blurred by the
+/// roughness. Glass without it only fades the light from behind.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Refraction {
     /// Index of refraction, 1 and up.

@@ -1,4 +1,4 @@
-//! Differences between objects of one mesh and material: the cell of an atlas, a tint, a highlight. One command draws them all the same.
+//! Differences between objects of one mesh and material: the cell of an atlas, a tint, a highlight. One draw command still draws them all.
 
 use glam::Vec3;
 
@@ -7,11 +7,11 @@ use super::{Material, Object, Scene};
 /// The most rows, and the most columns, of an atlas.
 pub const MAX_ATLAS_EDGE: u32 = 256;
 
-/// The colour that a selected object's base colour is mixed with: linear RGB. An unlit surface sends the mix, in nits; a coat has no colour, and shows the
-/// highlight of what it lies in.
+/// The colour that a selected object's base colour is mixed with: linear RGB. An unlit surface emits the mix, in nits. A coat has no colour, so it
+/// shows the highlight of the surface below it.
 pub const HIGHLIGHT: Vec3 = Vec3::new(1.0, 0.4, 0.0);
 
-/// Its share of the mix. Half of it would make cyan grey, as it is the complement.
+/// The highlight's share of the mix. A half would make cyan grey, as orange is its complement.
 pub const HIGHLIGHT_SHARE: f32 = 0.75;
 
 /// The looks by which an object differs from others of its mesh and material.
@@ -29,7 +29,7 @@ impl Look {
     /// The first cell, not tinted, not selected.
     pub const PLAIN: Self = Self { cell: 0, tint: Vec3::ONE, selected: false };
 
-    /// Returns the part of it that an object of this material cannot have, in words.
+    /// Returns, in words, the part of the look that an object of this material cannot have.
     pub fn fault(&self, material: &Material) -> Option<String> {
         let (cells, [rows, columns]) = (material.cells(), material.atlas);
         if self.cell >= cells {
@@ -52,7 +52,7 @@ impl Default for Look {
 }
 
 impl Object {
-    /// Its look, or that of an object without any.
+    /// The object's look; [`Look::PLAIN`] if it has none.
     pub fn shown_look(&self) -> Look {
         self.look.unwrap_or_default()
     }
@@ -68,7 +68,7 @@ impl Material {
         self.atlas != [1, 1]
     }
 
-    /// Cells of its atlas: 1 where it has none.
+    /// The number of cells in the atlas; 1 without an atlas.
     pub fn cells(&self) -> u32 {
         self.atlas[0].max(1).saturating_mul(self.atlas[1].max(1))
     }

@@ -27,19 +27,19 @@ pub enum AlphaMode {
     /// Nothing.
     #[default]
     Opaque,
-    /// A fragment whose alpha is below the cut-off is not there.
+    /// Fragments with an alpha below the cut-off are discarded.
     Mask {
         /// 0 to 1.
         cutoff: f32,
     },
-    /// Light that the surface reflects and emits, times alpha, over the light from behind it: a thin cover, as gauze or smoke.
+    /// Reflected and emitted light, multiplied by alpha, is blended over the light from behind: a thin cover, as gauze or smoke.
     Blend,
-    /// Alpha is that of the body only, so that a clear pane still shines: diffuse light is times alpha, highlights and emitted light are whole,
-    /// and the light from behind is times 1 - alpha.
+    /// Alpha belongs to the body only, so a clear pane still shines: diffuse light is multiplied by alpha, the light from behind by 1 - alpha.
+    /// Highlights and emitted light are not scaled.
     Glass,
-    /// A clear lacquer on a surface that is coplanar with it, an object with the same mesh and transform (KHR_materials_clearcoat): the light of that
-    /// surface is times 1 - alpha F, and the lacquer's highlights are times alpha F, where F = 0.04 + 0.96 (1 - N.E)^5. It has no body and no colour,
-    /// emits nothing, and casts no shadow.
+    /// A clear lacquer on a surface that is coplanar with it, an object with the same mesh and transform (KHR_materials_clearcoat). The light of that
+    /// surface is multiplied by 1 - alpha F and the lacquer's highlights by alpha F, where F = 0.04 + 0.96 (1 - N.E)^5. A coat has no body and no
+    /// colour, emits nothing, and casts no shadow.
     Coat,
 }
 
@@ -58,15 +58,15 @@ pub enum TextureSlot {
     Emissive,
     /// Ks of the Phong models, or the reflectance of a dielectric: sRGB colour. Linear alpha is the strength of the latter.
     Specular,
-    /// A share of the Phong models' Ns in green, where others have their roughness. Linear.
+    /// Green is a share of the Phong models' Ns, where other models have their roughness. Linear.
     Shininess,
     /// The colour of a sheen: sRGB colour. Linear alpha is a share of its roughness.
     Sheen,
-    /// Of a thin film: its strength in red, and in green its place between the least and the most thickness. Glass: blue scales its thickness. Linear.
+    /// Thin film: red is the strength, green interpolates between the least and the greatest thickness. Glass: blue scales the thickness. Linear.
     Film,
-    /// Of an anisotropy: its direction in red and green, where 128 is 0 as in a normal map, and its strength in blue. Linear.
+    /// Anisotropy: red and green are the direction, where 128 is 0 as in a normal map; blue is the strength. Linear.
     Anisotropy,
-    /// Of diffuse transmission: sRGB colour. Linear alpha is its strength.
+    /// Diffuse transmission: RGB is an sRGB colour, alpha the strength, linear.
     DiffuseTransmission,
 }
 
@@ -86,37 +86,37 @@ impl TextureSlot {
         Self::DiffuseTransmission,
     ];
 
-    /// The number of slots whose textures a G-buffer has the values of. The slots after them belong to [lobes](super::Sheen).
+    /// The number of slots whose values a G-buffer stores. The slots after them belong to [lobes](super::Sheen).
     pub const STORED: usize = Self::Shininess as usize + 1;
 
-    /// Returns true if only a lobe looks at it.
+    /// Returns true if only a lobe uses the slot.
     pub fn is_of_lobe(self) -> bool {
         self as usize >= Self::STORED
     }
 
-    /// Returns all there is to know of the slot.
+    /// Returns all properties of the slot.
     pub fn form(self) -> &'static SlotForm {
         let forms: &'static [SlotForm] = &FORMS;
         &forms[self as usize]
     }
 }
 
-/// All that the program needs to know of a texture slot.
+/// All properties of a texture slot.
 #[derive(Debug, Clone, Copy)]
 pub struct SlotForm {
-    /// Its key in scene files.
+    /// The key in scene files.
     pub key: &'static str,
-    /// As reports call the textures in it.
+    /// The name of its textures in reports.
     pub name: &'static str,
-    /// Its word for `--plan`.
+    /// The part's entry in `--plan`.
     pub part: OptionalPart,
-    /// Of textures in it.
+    /// The colour space of textures in the slot.
     pub color_space: ColorSpace,
-    /// Red, green, blue and alpha: which of them count.
+    /// The channels in use: red, green, blue and alpha.
     pub channels: [bool; 4],
-    /// True if the Phong models alone look at it, false if the others alone do; `None` if all do.
+    /// True if only the Phong models use it, false if only the others do; `None` if all do.
     pub phong: Option<bool>,
-    /// Puts the value of a constant texture, in linear values, into the factors.
+    /// Multiplies the factors by the value of a constant texture, in linear values.
     pub fold: fn(&mut Material, [f64; 4]),
     get: fn(&Material) -> Option<usize>,
     get_mut: fn(&mut Material) -> &mut Option<usize>,
@@ -125,14 +125,14 @@ pub struct SlotForm {
 const RED: [bool; 4] = [true, false, false, false];
 const RGB: [bool; 4] = [true, true, true, false];
 
-/// In the order of [`TextureSlot`]. White is neutral to all but normal maps.
+/// The properties of all slots, in the order of [`TextureSlot`]. White is neutral for all but normal maps.
 pub(crate) const FORMS: [SlotForm; 11] = [
     SlotForm {
         key: "base_color_texture",
         name: "base colour textures",
         part: OptionalPart::BaseColorTextures,
         color_space: ColorSpace::Srgb,
-        // Alpha counts where the material looks at it.
+        // Alpha is used if the material uses it.
         channels: RGB,
         phong: None,
         fold: |material, color| material.base_color = times(material.base_color, color),
@@ -146,7 +146,7 @@ pub(crate) const FORMS: [SlotForm; 11] = [
         color_space: ColorSpace::Linear,
         channels: RGB,
         phong: None,
-        // Only a flat one can be left out.
+        // Only a flat normal map can be left out.
         fold: |_, _| {},
         get: |material| material.normal_texture,
         get_mut: |material| &mut material.normal_texture,
@@ -257,11 +257,11 @@ pub(crate) const FORMS: [SlotForm; 11] = [
         channels: RGB,
         phong: Some(false),
         fold: |material, [red, green, blue, _]| {
-            // The shader decodes a code as that of a normal map, and takes the middle one for 0.
+            // The shader decodes this code as in a normal map, and takes the middle one for 0.
             let [x, y] = [red, green].map(|value| (value * 255.0 - 128.0) / 127.0);
             let [x, y] = [x, y].map(|value| if value.abs() < 0.01 / 127.0 { 0.0 } else { value });
             let Anisotropy { strength, rotation } = &mut material.anisotropy;
-            // A direction of no length leaves none.
+            // A direction of length 0 means no anisotropy.
             *strength = if x == 0.0 && y == 0.0 { 0.0 } else { scaled(*strength, blue) };
             *rotation = (f64::from(*rotation) + y.atan2(x)) as f32;
         },
@@ -284,7 +284,7 @@ pub(crate) const FORMS: [SlotForm; 11] = [
     },
 ];
 
-/// A factor of a material times the value of a texel, which both are of f32: rounded once.
+/// Multiplies a material's factor by a texel's value, both of f32 precision, with a single rounding.
 pub fn scaled(factor: f32, by: f64) -> f32 {
     (f64::from(factor) * by) as f32
 }
@@ -293,21 +293,21 @@ fn times(factor: Vec3, color: [f64; 4]) -> Vec3 {
     Vec3::new(scaled(factor.x, color[0]), scaled(factor.y, color[1]), scaled(factor.z, color[2]))
 }
 
-/// The mapping of a slot's texture onto a mesh (KHR_texture_transform): the coordinates of a set, scaled, then turned, then moved.
+/// The mapping of a slot's texture onto a mesh (KHR_texture_transform): the coordinates of a set, scaled, then rotated, then moved.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct UvMap {
-    /// The coordinates of the mesh that it uses: 0 for `Mesh::uvs`, 1 for `Mesh::uvs_1`.
+    /// The mesh's coordinates that it uses: 0 for `Mesh::uvs`, 1 for `Mesh::uvs_1`.
     pub set: u8,
-    /// In images.
+    /// The offset in image widths and heights.
     pub offset: DVec2,
-    /// Counter-clockwise about the image's upper left corner, in radians.
+    /// The rotation about the image's upper left corner, counter-clockwise, in radians.
     pub rotation: f64,
-    /// Images a unit.
+    /// The scale, in images a unit.
     pub scale: DVec2,
 }
 
 impl UvMap {
-    /// The first set as it is.
+    /// The first set, unchanged.
     pub const IDENTITY: Self = Self { set: 0, offset: DVec2::ZERO, rotation: 0.0, scale: DVec2::ONE };
 
     /// The rows of the map from the set's coordinates and 1 to the image's (KHR_texture_transform, "Overview": translation * rotation * scale).
@@ -330,15 +330,15 @@ pub const DIELECTRIC: f32 = 0.04;
 /// A material; factors multiply the values of textures. Colours are linear RGB.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Material {
-    /// For messages and reports.
+    /// The name in messages and reports.
     pub name: String,
     /// The reflection model.
     pub brdf: Brdf,
     /// Albedo (Kd), 0 to 1.
     pub base_color: Vec3,
-    /// Opacity, 0 to 1; all modes but `AlphaMode::Opaque` look at it.
+    /// Opacity, 0 to 1; `AlphaMode::Opaque` ignores it.
     pub alpha: f32,
-    /// Opaque by default: `alpha` is not looked at.
+    /// The effect of `alpha`. Opaque, the default, ignores it.
     pub alpha_mode: AlphaMode,
     /// 0 to 1.
     pub metallic: f32,
@@ -349,12 +349,11 @@ pub struct Material {
     /// Reflectance of the dielectric share of a Cook-Torrance surface at normal incidence, 0 to 1: [`DIELECTRIC`], or
     /// min(((ior - 1) / (ior + 1))^2 specularColor, 1) specular (KHR_materials_ior, KHR_materials_specular).
     pub reflectance: Vec3,
-    /// Its reflectance at grazing incidence, 0 to 1: 1, or specular (KHR_materials_specular).
+    /// Reflectance of the dielectric share at grazing incidence, 0 to 1: 1, or specular (KHR_materials_specular).
     pub grazing: f32,
     /// Ns of the Phong models, 0 and up.
     pub shininess: f32,
-    /// Share of the ambient light that is reflected besides the albedo, 0 to 1: luminance of Ka over that of Kd. Only the
-    /// Phong models look at it.
+    /// Share of the ambient light that is reflected besides the albedo, 0 to 1: luminance(Ka) / luminance(Kd). Only the Phong models use it.
     pub ambient: f32,
     /// Emitted radiance in nits.
     pub emissive: Vec3,
@@ -362,22 +361,22 @@ pub struct Material {
     pub normal_scale: f32,
     /// True if back faces are drawn, with their normals turned.
     pub two_sided: bool,
-    /// The lobe of its fibres; black where it has none.
+    /// The sheen of fibres; black if there are none.
     pub sheen: Sheen,
-    /// A thin film on it; of strength 0 where it has none.
+    /// A thin film on the surface; strength 0 if there is none.
     pub film: ThinFilm,
-    /// The stretching of its highlight; of strength 0 where it has none.
+    /// The anisotropy of the highlight; strength 0 if there is none.
     pub anisotropy: Anisotropy,
-    /// The light that it lets through; of strength 0 where it lets none.
+    /// The transmitted diffuse light; strength 0 if there is none.
     pub diffuse_transmission: DiffuseTransmission,
-    /// The way of light through it, where it is of glass that bends, blurs or tints light.
+    /// Refraction and absorption, for glass that bends, blurs or tints light.
     pub refraction: Option<Refraction>,
     /// True if it emits its base colour, in nits, in any light, and reflects nothing (KHR_materials_unlit).
     pub unlit: bool,
     /// Rows and columns of cells that each of its textures is made of, 1 to 256 each: all texture coordinates, from 0 to 1 and beyond, lie
     /// in the one cell that an object shows ([`Look::cell`](super::Look::cell)). Cells do not bleed into each other, however they are filtered.
     pub atlas: [u32; 2],
-    /// By slot: the mapping of its texture onto the mesh.
+    /// The texture mapping of each slot.
     pub uv_maps: [UvMap; TextureSlot::ALL.len()],
     /// Multiplies `base_color` and `alpha`; index in `Scene::textures`.
     pub base_color_texture: Option<usize>,
@@ -469,20 +468,20 @@ impl Material {
         }
     }
 
-    /// The texture in the specular slot where it gives the reflectance of a dielectric (KHR_materials_specular): that of a Cook-Torrance material
-    /// without Ks, which the Phong models alone have.
+    /// The specular slot's texture, if it gives the reflectance of a dielectric (KHR_materials_specular). That holds for Cook-Torrance materials
+    /// without Ks, which only the Phong models have.
     pub fn reflectance_texture(&self) -> Option<usize> {
         let is_dielectric = self.brdf == Brdf::CookTorrance && self.specular == Vec3::ZERO;
         self.specular_texture.filter(|_| is_dielectric && self.alpha_mode != AlphaMode::Coat)
     }
 
-    /// Returns true if its dielectric share reflects something else than [`DIELECTRIC`] facing the eye and 1 grazing.
+    /// Returns true if its dielectric share reflects anything but [`DIELECTRIC`] at normal and 1 at grazing incidence.
     pub fn has_reflectance(&self) -> bool {
         let usual = self.reflectance == Vec3::splat(DIELECTRIC) && self.grazing == 1.0;
         !usual || self.reflectance_texture().is_some()
     }
 
-    /// Returns true if it has a lobe beside its base and its highlight where it is drawn with this model.
+    /// Returns true if the material, drawn with this model, has a lobe beside its base and its highlight.
     pub fn has_lobes(&self, model: Brdf) -> bool {
         let is_over = self.sheen.is_seen() || self.film.is_seen() || self.anisotropy.is_seen();
         let is_seen = is_over || self.diffuse_transmission.is_seen() || self.refracts(model).is_some();
@@ -502,22 +501,22 @@ impl Material {
         }
     }
 
-    /// The way of light through it, where it is drawn as glass with this model.
+    /// The refraction, if the material is drawn as glass with this model.
     pub fn refracts(&self, model: Brdf) -> Option<Refraction> {
         self.refraction.filter(|_| self.alpha_mode == AlphaMode::Glass && model == Brdf::CookTorrance)
     }
 
-    /// Returns true if it looks at the tangents of meshes.
+    /// Returns true if it uses the tangents of meshes.
     pub fn needs_tangents(&self) -> bool {
         self.normal_texture.is_some() || self.anisotropy.is_seen()
     }
 
-    /// Returns true if texels below a cut-off are left out.
+    /// Returns true if texels below a cut-off are discarded.
     pub fn is_masked(&self) -> bool {
         matches!(self.alpha_mode, AlphaMode::Mask { .. })
     }
 
-    /// Returns true if what lies behind shows through.
+    /// Returns true if surfaces behind it show through.
     pub fn is_transparent(&self) -> bool {
         matches!(self.alpha_mode, AlphaMode::Blend | AlphaMode::Glass | AlphaMode::Coat)
     }

@@ -1,4 +1,4 @@
-//! Triangle meshes and where they stand.
+//! Triangle meshes, and their placement.
 
 #[cfg(feature = "readers")]
 mod order;
@@ -25,7 +25,7 @@ pub struct TriangleId {
 /// An indexed triangle list with one material's worth of vertices. Counter-clockwise is the front.
 #[derive(Debug, Clone, Default)]
 pub struct Mesh {
-    /// For messages and reports.
+    /// The name in messages and reports.
     pub name: String,
     /// The place in mesh space that positions are relative to. It was subtracted in f64 before they became f32.
     pub origin: DVec3,
@@ -41,15 +41,15 @@ pub struct Mesh {
     pub uvs_1: Vec<[f32; 2]>,
     /// Empty, or as many as positions: linear RGB and alpha, which multiply the material's base colour and alpha.
     pub colors: Vec<[f32; 4]>,
-    /// The joints of a skin that move each vertex, where the mesh was made for one.
+    /// The joints of a skin that move each vertex, if the mesh was made for a skin.
     pub influences: Option<Influences>,
-    /// Shapes that it blends to.
+    /// The shapes that it blends to.
     pub morphs: Vec<Morph>,
     /// Three a triangle, each below `positions.len()`.
     pub indices: Vec<u32>,
     /// True if it is points and lines, which are drawn one pixel wide: [`STROKE_VERTICES`] vertices each, with the indices of [`stroke_indices`].
     pub is_strokes: bool,
-    /// Holds all of `origin + positions`.
+    /// The box around all of `origin + positions`.
     pub bounds: Aabb,
     /// The levels that [`Mesh::levels_of_detail`] has made.
     pub levels: Levels,
@@ -81,7 +81,7 @@ impl Mesh {
         self.normals = sums.iter().map(|sum| sum.normalize_or(DVec3::Y).as_vec3().to_array()).collect();
     }
 
-    /// Drops triangles without area, which draw nothing but upset normals and tangents. Returns how many there were. Points and lines stay.
+    /// Drops triangles without area, which draw nothing but distort normals and tangents. Returns their number. Points and lines stay.
     pub fn remove_degenerate_triangles(&mut self) -> usize {
         if self.is_strokes {
             return 0;
@@ -106,7 +106,7 @@ impl Mesh {
         self.indices.chunks_exact(3).filter(against).count()
     }
 
-    /// Returns the box around `origin + positions`, which `bounds` must hold.
+    /// Returns the box around `origin + positions`, which `bounds` must contain.
     pub fn compute_bounds(&self) -> Aabb {
         Aabb::of_points(self.positions.iter().map(|&p| self.origin + Vec3::from(p).as_dvec3()))
     }
@@ -128,39 +128,39 @@ pub(crate) fn corner_angle(points: &[DVec3; 3], corner: usize) -> f64 {
 /// A mesh placed in the world with a material.
 #[derive(Debug, Clone)]
 pub struct Object {
-    /// For messages and reports.
+    /// The name in messages and reports.
     pub name: String,
     /// Index in `Scene::meshes`.
     pub mesh: usize,
     /// Index in `Scene::materials`.
     pub material: usize,
-    /// From mesh space to world space. May mirror.
+    /// The transform from mesh space to world space. May mirror.
     pub transform: DAffine3,
     /// The faces that cast shadows.
     pub casts_shadow: CastsShadow,
     /// True if shadows fall on it.
     pub receives_shadow: bool,
-    /// The node of [`Motion::nodes`](super::Motion::nodes) that it hangs on; `None` where nothing moves it. Its shapes are weighted by the
-    /// node's weights. An object with a skin stands where its joints are, not where its node is, and `transform` moves it from there: so
-    /// several may share the joints of one skeleton.
+    /// The node of [`Motion::nodes`](super::Motion::nodes) that it is attached to; `None` if no node moves it. The node's weights weight its shapes.
+    /// An object with a skin is placed by its joints, not by its node, and `transform` moves it from there, so several objects may share the joints
+    /// of one skeleton.
     pub node: Option<usize>,
-    /// Index in [`Motion::skins`](super::Motion::skins) of what deforms its mesh.
+    /// Index in [`Motion::skins`](super::Motion::skins) of the skin that deforms its mesh.
     pub skin: Option<usize>,
     /// True if the program will move it, so that plans keep the lights and parts that it may need elsewhere. Motion by clips counts without this.
     pub movable: bool,
-    /// Its look, if it may differ from others of its mesh and material; `None` where it never has one. Any look, even a plain one, keeps the parts
-    /// that looks need in the plan, so that `Renderer::set_look` needs no other plan.
+    /// The look, if it may differ from other objects of the same mesh and material; `None` if it never does. Any look, even a plain one, keeps the
+    /// parts that looks need in the plan, so that `Renderer::set_look` needs no other plan.
     pub look: Option<Look>,
 }
 
-/// The faces of an object that stand in the light.
+/// The faces of an object that cast shadows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub enum CastsShadow {
-    /// None.
+    /// No faces.
     No,
     /// Only faces that are turned to the light.
     Front,
-    /// All.
+    /// All faces.
     #[default]
     Yes,
 }
@@ -194,13 +194,13 @@ impl Object {
     }
 }
 
-/// The triangles of a grid of squares with so many vertices along each edge, row by row.
+/// The triangles of a grid of squares with `edge` vertices along each edge, row by row.
 pub fn grid_indices(edge: u32) -> Vec<u32> {
     let corners = (0..edge - 1).flat_map(|row| (0..edge - 1).map(move |column| edge * row + column));
     corners.flat_map(|i| [i, i + edge, i + 1, i + 1, i + edge, i + edge + 1]).collect()
 }
 
-/// Vertices that a device transforms for a list of triangles, where it takes them in groups of 32 vertices that follow each other.
+/// The number of vertices that a device transforms for a list of triangles, if it takes them in groups of 32 consecutive vertices.
 pub fn transformed_vertices(indices: &[u32]) -> usize {
     use std::collections::HashSet;
 

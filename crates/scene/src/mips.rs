@@ -9,7 +9,7 @@ use super::texture::srgb_encode;
 use super::{ColorSpace, Texels, Texture};
 
 impl Texture {
-    /// Adds the smaller levels, down to one texel, to 8-bit RGBA that has none and whose sampler looks at them.
+    /// Adds the smaller levels, down to one texel, to 8-bit RGBA without levels, if the sampler uses them.
     pub(crate) fn make_levels(&mut self) {
         let Texels::Rgba8(texels) = &mut self.texels else { return };
         let count = most_levels(self.size);
@@ -25,7 +25,7 @@ impl Texture {
     }
 }
 
-/// Along one axis, the texels of the level above that a texel covers: so many from twice its number on, each by its share.
+/// The texels of the level above that each texel covers, along one axis: `count` texels from twice its own index on, each weighted by its share.
 struct Cover {
     count: usize,
     shares: Vec<[f32; 3]>,
@@ -70,7 +70,8 @@ fn halved(above: &[[u8; 4]], size: [u32; 2], color_space: ColorSpace) -> Vec<[u8
     }
 }
 
-/// The same where each texel covers four whole ones. It rounds as [`covered`] does, to the bit, because a quarter of a float is exact.
+/// The level below one of even size, where each texel covers exactly four. It rounds as [`covered`] does, to the bit, because a quarter of a float is
+/// exact.
 fn halved_evenly(
     above: &[[u8; 4]],
     size: [u32; 2],
@@ -86,10 +87,10 @@ fn halved_evenly(
     below
 }
 
-/// Of four codes, as [`rounded`] rounds it.
+/// The mean of four codes, rounded as [`rounded`] does.
 fn mean([a, b, c, d]: [u8; 4]) -> u8 {
     let sum = u16::from(a) + u16::from(b) + u16::from(c) + u16::from(d);
-    // Of a half, only to an even code.
+    // A remainder of one half rounds to the even code.
     ((sum + 1 + (sum >> 2 & 1)) >> 2) as u8
 }
 
@@ -123,10 +124,10 @@ fn covered(above: &[[u8; 4]], size: [u32; 2], color_space: ColorSpace) -> Vec<[u
     texels
 }
 
-/// The nearest code to a value from 0 to 255; from the middle between two, the even one. A quarter of the means of four codes lie in the middle:
-/// were they all rounded up, each level would be an eighth of a code brighter than the one above it.
+/// The nearest code to a value from 0 to 255; ties go to the even code. A quarter of the means of four codes are ties: if they all rounded up, each
+/// level would be an eighth of a code brighter than the one above it.
 fn rounded(value: f32) -> u8 {
-    /// From here on floats are whole numbers, and their last bits are the number's.
+    /// From this value on floats are whole numbers, so their last bits are the number's.
     const WHOLE: f32 = (1 << (f32::MANTISSA_DIGITS - 1)) as f32;
     (value + WHOLE).to_bits() as u8
 }
@@ -209,7 +210,7 @@ mod tests {
     fn even_sizes_have_the_texels_that_any_size_has() {
         let noise: Vec<u8> =
             (0..4 * 512 * 512_u32).map(|index| (index.wrapping_mul(2_654_435_761) >> 23) as u8).collect();
-        // All sums of four codes, those between two codes among them.
+        // All sums of four codes, also sums whose mean lies between two codes.
         let sums: Vec<u8> =
             (0..4 * 4 * 256_u32).flat_map(|index| [(index / 16) as u8, (index % 16 * 17) as u8]).collect();
         for (texels, size) in [(noise.as_slice(), [512, 512]), (&sums, [2, 1024]), (&sums, [1024, 2])] {

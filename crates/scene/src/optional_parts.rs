@@ -1,4 +1,4 @@
-//! The parts that a plan may leave out, by name: the words that the plan, the reports and the command line share.
+//! The parts that a plan may leave out, with the names that the plan, the reports and the command line share.
 
 use std::fmt;
 use std::str::FromStr;
@@ -8,8 +8,8 @@ use super::{Error, unknown};
 /// Declares the parts, each with its name, in the order of a frame's reports.
 macro_rules! optional_parts {
     ($($(#[$doc:meta])* $part:ident = $name:literal,)+) => {
-        /// A part that a frame has only where the scene needs it. Kept without need it gets a neutral input, and the picture stays the same but
-        /// for the rounding of what it is kept in: tests/scenes/leave_out.rs has the bounds.
+        /// A part that a frame has only if the scene needs it. If it is kept without need, it gets a neutral input; the picture then differs only by
+        /// the rounding of the formats that it is stored in: tests/scenes/leave_out.rs has the bounds.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
         pub enum OptionalPart {
             $($(#[$doc])* $part,)+
@@ -19,7 +19,7 @@ macro_rules! optional_parts {
             /// Every part with its name.
             pub const NAMES: &'static [(&'static str, Self)] = &[$(($name, Self::$part)),+];
 
-            /// As `--plan` takes it.
+            /// The part's name, as `--plan` takes it.
             pub fn name(self) -> &'static str {
                 match self {
                     $(Self::$part => $name,)+
@@ -59,7 +59,7 @@ optional_parts! {
     SecondUvs = "second-uvs",
     /// Colours of vertices.
     VertexColors = "vertex-colors",
-    /// Looks of instances, where no object has one: tints, highlights, and cells of atlases.
+    /// Looks of instances, if no object has one: tints, highlights, and cells of atlases.
     Looks = "looks",
     /// 32 bits for each index, where 16 suffice.
     WideIndices = "wide-indices",
@@ -87,13 +87,13 @@ optional_parts! {
     AnisotropyTextures = "anisotropy-textures",
     /// The sampling of textures of diffuse transmission by materials that transmit and have no such texture.
     DiffuseTransmissionTextures = "diffuse-transmission-textures",
-    /// Textures of materials that no drawn object has, and those that no pipeline samples.
+    /// Textures of materials that no drawn object has, and textures that no pipeline samples.
     UnusedTextures = "unused-textures",
     /// The texels of textures that the device can sample in the blocks of their files.
     DecodedTextures = "decoded-textures",
     /// Textures of one colour, which the material's factor can hold.
     ConstantTextures = "constant-textures",
-    /// The discarding of fragments by alpha where nothing is masked.
+    /// The discarding of fragments by alpha, if nothing is masked.
     AlphaMasks = "alpha-masks",
     /// Masks that cut nothing, and surfaces that masks cut away whole.
     OpaqueMasks = "opaque-masks",
@@ -126,7 +126,7 @@ optional_parts! {
 }
 
 impl OptionalPart {
-    /// In the order of reports.
+    /// All parts, in the order of reports.
     pub fn all() -> impl Iterator<Item = Self> {
         Self::NAMES.iter().map(|&(_, part)| part)
     }
@@ -153,19 +153,19 @@ impl Keep {
         self.0 & (1 << part as u64) != 0
     }
 
-    /// The same and this part.
+    /// Adds a part.
     #[must_use]
     pub const fn with(self, part: OptionalPart) -> Self {
         Self(self.0 | 1 << part as u64)
     }
 
-    /// The same but for this part.
+    /// Removes a part.
     #[must_use]
     pub const fn without(self, part: OptionalPart) -> Self {
         Self(self.0 & !(1 << part as u64))
     }
 
-    /// Those that stay, in the order of reports.
+    /// The kept parts, in the order of reports.
     pub fn parts(self) -> impl Iterator<Item = OptionalPart> {
         OptionalPart::all().filter(move |&part| self.has(part))
     }

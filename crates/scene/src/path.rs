@@ -1,4 +1,4 @@
-//! A camera that moves: where it is at any time.
+//! A camera that moves along a path of keys.
 
 use std::fmt::Write as _;
 
@@ -6,22 +6,22 @@ use glam::{DQuat, DVec3};
 
 use super::{Camera, Error, Projection};
 
-/// The most that times of a path can be, in seconds.
+/// The largest time of a key, in seconds.
 pub const MAX_SECONDS: f64 = 1e9;
 
 /// A camera at one time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CameraKey {
-    /// In seconds, from 0 to [`MAX_SECONDS`].
+    /// The time in seconds, from 0 to [`MAX_SECONDS`].
     pub time: f64,
-    /// The camera then.
+    /// The camera at that time.
     pub camera: Camera,
 }
 
 /// A camera that moves through its keys, smoothly: at each key it has the key's place, rotation and lens.
 ///
-/// Places lie on a cubic Hermite spline whose velocity at a key is that from the key before it to the one after it (a Catmull-Rom spline over
-/// times that need not be even). Rotations take the shorter way at an even speed from key to key, and lenses grow by even ratios.
+/// Positions lie on a cubic Hermite spline. The velocity at a key is the mean velocity from the key before it to the key after it (a Catmull-Rom
+/// spline over times that need not be even). Rotations take the shorter way at an even speed from key to key, and lenses zoom by even ratios.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CameraPath {
     keys: Vec<CameraKey>,
@@ -56,12 +56,12 @@ impl CameraPath {
         &self.keys
     }
 
-    /// From the first key to the last, in seconds.
+    /// The time from the first key to the last, in seconds.
     pub fn seconds(&self) -> f64 {
         self.keys[self.keys.len() - 1].time - self.keys[0].time
     }
 
-    /// The camera so many seconds after the first key. Before the path it is at its start, and behind it at its end.
+    /// The camera `seconds` after the first key, clamped to both ends of the path.
     pub fn at(&self, seconds: f64) -> Camera {
         let time = self.keys[0].time + seconds;
         let next = self.keys.partition_point(|key| key.time <= time);
@@ -80,7 +80,8 @@ impl CameraPath {
         }
     }
 
-    /// In metres a second; at an end that of the one stretch beside it.
+    /// The velocity at a key, in metres a second: from the key before it to the key after it, or along the single stretch beside the first or the
+    /// last key.
     fn velocity(&self, index: usize) -> DVec3 {
         let (before, after) = (&self.keys[index.saturating_sub(1)], &self.keys[(index + 1).min(self.keys.len() - 1)]);
         (after.camera.position - before.camera.position) / (after.time - before.time)

@@ -4,23 +4,23 @@
 const MOST_AS_DECLARED: usize = 12;
 /// More candidates, as a scene may have materials, would fill the terminal.
 const MOST_LISTED: usize = 120;
-/// Candidates that are listed of more: the most alike.
+/// The number of candidates that are listed if there are more: the most similar ones.
 const ALIKE: usize = 20;
 
-/// From 0 to 1 (Jaro-Winkler).
+/// The Jaro-Winkler similarity, from 0 to 1.
 #[cfg(feature = "readers")]
 fn likeness(name: &str, candidate: &str) -> f64 {
     strsim::jaro_winkler(&name.to_lowercase().replace('_', "-"), &candidate.to_lowercase().replace('_', "-"))
 }
 
-/// Finds nothing alike: the measure needs the feature `readers`.
+/// Finds no similarity: the measure needs the feature `readers`.
 #[cfg(not(feature = "readers"))]
 fn likeness(_: &str, _: &str) -> f64 {
     0.0
 }
 
-/// The candidate that is most like `name`, if it is so alike that it may have been meant (Jaro-Winkler 0.8 and up) and has the same numbers in
-/// it: 8 bits are not 32, however alike their names.
+/// The candidate that is most similar to `name`, if it may have been meant: its Jaro-Winkler similarity is at least 0.8 and it contains the same
+/// digits, since 8 bits are not 32, however alike their names.
 pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     candidates
         .into_iter()
@@ -35,7 +35,7 @@ fn digits(name: &str) -> String {
     name.chars().filter(char::is_ascii_digit).collect()
 }
 
-/// One line: `unknown tonemap "nuetral": did you mean "neutral"? (neutral, agx, aces, none)`.
+/// Returns one line: `unknown tonemap "nuetral": did you mean "neutral"? (neutral, agx, aces, none)`.
 pub fn unknown(what: &str, name: &str, candidates: &[&str]) -> String {
     let guess = nearest(name, candidates.iter().copied());
     let question = guess.map(|guess| format!(": did you mean \"{guess}\"?")).unwrap_or_default();
@@ -43,7 +43,7 @@ pub fn unknown(what: &str, name: &str, candidates: &[&str]) -> String {
     format!("unknown {what} {name:?}{question} (possible: {})", listed(name, candidates))
 }
 
-/// All candidates, or the most alike of very many.
+/// All candidates, or the most similar ones if there are very many.
 fn listed(name: &str, candidates: &[&str]) -> String {
     let mut listed = candidates.to_vec();
     let mut more = String::new();

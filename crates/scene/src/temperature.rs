@@ -20,18 +20,18 @@ pub fn black_body_color(kelvin: f64) -> Vec3 {
     (rgb / rgb.dot(DVec3::new(0.2126, 0.7152, 0.0722))).as_vec3()
 }
 
-/// Tristimulus values of Planck's law, to some scale: the sum over the observer's table, as CIE 15:2004, section 7.1, has it. The
-/// chromaticity is that of a sum in steps of 1 nm to within 5e-6.
+/// Tristimulus values of Planck's law, up to a factor: the sum over the observer's table, by CIE 15:2004, section 7.1. The chromaticity agrees with a
+/// sum in steps of 1 nm to within 5e-6.
 fn black_body_xyz(kelvin: f64) -> DVec3 {
     (0..X_BAR.len()).fold(DVec3::ZERO, |sum, index| {
         let metres = (FIRST_NM + STEP_NM * index as f64) * 1e-9;
-        // In units of micrometres no power overflows; the scale cancels.
+        // Powers of the wavelength in micrometres do not overflow; the scale cancels.
         let radiance = (metres * 1e6).powi(-5) / (SECOND_RADIATION / (metres * kelvin)).exp_m1();
         sum + DVec3::new(X_BAR[index], Y_BAR[index], Z_BAR[index]) * radiance
     })
 }
 
-/// From CIE 1931 XYZ to the primaries and the white (D65) of ITU-R BT.709, inverse of the matrix of IEC 61966-2-1.
+/// Converts CIE 1931 XYZ to the primaries and the white (D65) of ITU-R BT.709, by the inverse of the matrix of IEC 61966-2-1.
 fn rec709(xyz: DVec3) -> DVec3 {
     let rows = DMat3::from_cols(
         DVec3::new(3.240_454_2, -1.537_138_5, -0.498_531_4),

@@ -57,7 +57,7 @@ impl fmt::Display for BlockFormat {
 
 #[cfg(not(feature = "readers"))]
 impl BlockFormat {
-    /// Stands in for the decoder: [`Texture::is_readable`] says that these are not the texels.
+    /// Stands in for the decoder, with zeros: [`Texture::is_readable`] is then false.
     fn decode(self, _block: &[u8]) -> [[u8; 4]; 16] {
         [[0; 4]; 16]
     }
@@ -68,13 +68,13 @@ impl BlockFormat {
 pub enum Texels {
     /// 4 bytes a texel. The smaller levels are made on the device.
     Rgba8(Vec<u8>),
-    /// The same with its levels, the largest first; at least that one.
+    /// As in [`Texels::Rgba8`], 4 bytes a texel, with levels, the largest first; at least one.
     Rgba8Levels(Vec<Vec<u8>>),
     /// Blocks of 4x4 texels, row by row. Without the feature `readers` they are drawn only by devices that sample them as they are.
     Blocks {
-        /// Their compression.
+        /// The compression of the blocks.
         format: BlockFormat,
-        /// The levels of the file, the largest first; at least that one.
+        /// The levels of the file, the largest first; at least one.
         levels: Vec<Vec<u8>>,
     },
 }
@@ -93,18 +93,18 @@ impl FromIterator<u8> for Texels {
     }
 }
 
-/// Width and height of a level of a texture that has these.
+/// Width and height of a level, given the texture's.
 pub fn level_size(size: [u32; 2], level: u32) -> [u32; 2] {
     size.map(|edge| edge.checked_shr(level).unwrap_or(0).max(1))
 }
 
-/// The levels of a texture that has these, down to one texel.
+/// The number of levels of a texture of this size, down to one texel.
 pub fn most_levels(size: [u32; 2]) -> u32 {
     1 + size[0].max(size[1]).max(1).ilog2()
 }
 
 impl Texture {
-    /// Returns true if texels can be read. Those in blocks are decoded, which needs the feature `readers`: without it they are read as 0.
+    /// Returns true if texels can be read. Blocks must be decoded, which needs the feature `readers`: without it they are read as 0.
     pub fn is_readable(&self) -> bool {
         cfg!(feature = "readers") || !matches!(self.texels, Texels::Blocks { .. })
     }
@@ -185,7 +185,7 @@ fn blocks(format: BlockFormat, size: [u32; 2], level: &[u8]) -> impl Iterator<It
     blocks.map(move |(index, block)| (format.decode(block), place(index)))
 }
 
-/// Of the block whose upper left texel is at a place the texels that lie in the image, each with its place among those of the image.
+/// The texels that a block covers in the image, given the block's upper left texel: each one's index in the block and in the image.
 fn inside(size: [u32; 2], [left, top]: [usize; 2]) -> impl Iterator<Item = (usize, usize)> {
     let [width, height] = size.map(|edge| edge as usize);
     let rows = top..height.min(top + 4);

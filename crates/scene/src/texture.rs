@@ -18,28 +18,28 @@ pub const MAX_TEXTURE_EDGE: u32 = 16384;
 pub enum ColorSpace {
     /// RGB is sRGB-encoded, alpha linear.
     Srgb,
-    /// The values are proportional to what they stand for.
+    /// The values are linear.
     Linear,
 }
 
 /// The texture's continuation outside 0..1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Default)]
 pub enum Wrap {
-    /// The image again.
+    /// Repeats the image.
     #[default]
     Repeat,
-    /// The image mirrored, and again.
+    /// Mirrors the image, and repeats.
     Mirror,
-    /// The texels of the edge.
+    /// Repeats the texels of the edge.
     Clamp,
 }
 
 /// The filter over the texels, or the levels, around a place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Default)]
 pub enum Filter {
-    /// The value of the nearest one.
+    /// Takes the value of the nearest one.
     Nearest,
-    /// Their mean by distance.
+    /// Interpolates linearly.
     #[default]
     Linear,
 }
@@ -47,7 +47,7 @@ pub enum Filter {
 /// The sampling of a texture: how it goes on beyond its edges, and its filters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Sampler {
-    /// Along U and V.
+    /// Continuation along U and V.
     pub wrap: [Wrap; 2],
     /// The filter for texels larger than a pixel.
     pub magnify: Filter,
@@ -77,15 +77,15 @@ impl Default for Sampler {
 /// An image.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Texture {
-    /// For messages and reports.
+    /// The name in messages and reports.
     pub name: String,
     /// Width and height in texels, both at least 1.
     pub size: [u32; 2],
     /// The encoding of RGB.
     pub color_space: ColorSpace,
-    /// Its sampler.
+    /// The sampling.
     pub sampler: Sampler,
-    /// Its contents.
+    /// The contents.
     pub texels: Texels,
 }
 

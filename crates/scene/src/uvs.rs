@@ -5,8 +5,8 @@ use glam::DVec2;
 /// Coordinates nearer to zero than this stay as they are: f32 still tells a thousandth of a texel of a large texture apart there.
 const NEAR: f64 = 16.0;
 
-/// Texture coordinates in f32, those of each connected part of a mesh moved towards zero by a whole number of repeats. A part that spans
-/// many repeats stays as wide as it is.
+/// Converts texture coordinates to f32. Each connected part of a mesh is moved towards zero by a whole number of repeats. A part that spans many
+/// repeats stays as wide as it is.
 pub(super) fn wrapped(uvs: &[DVec2], indices: &[u32]) -> Vec<[f32; 2]> {
     let is_near = |uv: &DVec2| uv.abs().max_element() <= NEAR;
     if uvs.iter().all(is_near) {
@@ -33,7 +33,7 @@ pub(super) fn wrapped(uvs: &[DVec2], indices: &[u32]) -> Vec<[f32; 2]> {
     roots.iter().zip(uvs).map(|(&root, &uv)| (uv - repeats(root)).as_vec2().to_array()).collect()
 }
 
-/// Vertices that hang together: each points to another of its part, or to itself (Tarjan 1975).
+/// Connected vertices: each points to another one of its part, or to itself (Tarjan 1975).
 struct DisjointSets(Vec<u32>);
 
 impl DisjointSets {
@@ -48,7 +48,7 @@ impl DisjointSets {
 
     fn join(&mut self, a: u32, b: u32) {
         let (a, b) = (self.root(a), self.root(b));
-        // The lower number leads, so that the outcome does not depend on the order.
+        // The lower index becomes the root, so that the result does not depend on the order.
         self.0[a.max(b) as usize] = a.min(b);
     }
 }

@@ -12,8 +12,8 @@ use crate::error::{Error, SourceSpan};
 use crate::scan;
 use crate::source::Source;
 
-/// Shaders may use these: Vulkan 1.1 core features, per-sample inputs, which need `sampleRateShading`, the number of a triangle, which
-/// needs `geometryShader`, and arrays of textures, which each invocation indexes for itself (`VK_EXT_descriptor_indexing`).
+/// The features that shaders may use: Vulkan 1.1 core features, per-sample inputs, which need `sampleRateShading`, the index of a triangle, which
+/// needs `geometryShader`, and arrays of textures with an index for each invocation (`VK_EXT_descriptor_indexing`).
 pub const CAPABILITIES: Capabilities = Capabilities::IMMEDIATES
     .union(Capabilities::MULTISAMPLED_SHADING)
     .union(Capabilities::CUBE_ARRAY_TEXTURES)
@@ -24,11 +24,11 @@ pub const CAPABILITIES: Capabilities = Capabilities::IMMEDIATES
     // Vulkan packs half floats on every device.
     .union(Capabilities::SHADER_FLOAT16_IN_FLOAT32);
 
-/// naga_oil packs the module's number above this bit of a place.
+/// naga_oil stores the module's number above this bit of a source position.
 const PLACE_BITS: u32 = 21;
 const DECORATION: &str = "X_naga_oil_mod_X";
 
-/// The name as it stands in the source: naga_oil appends the module's path, in base 32, to a module's exports.
+/// The name in the source: naga_oil appends the module's path, in base 32, to a module's exports.
 #[must_use]
 pub fn source_name(name: &str) -> &str {
     name.split_once(DECORATION).map_or(name, |(name, _)| name)
@@ -175,7 +175,7 @@ impl<'a> Composing<'a> {
         let composed = error.source.source(&self.composer);
         let (message, mut span, mut notes) = describe(&error.inner, error.source.offset());
         if let (ComposerErrorInner::InvalidIdentifier { original, .. }, Some((start, _))) = (&error.inner, span) {
-            // naga_oil points at the item; the name may be that of a member.
+            // naga_oil points at the item, but the invalid name may be a member's.
             let clean = scan::without_comments(&composed);
             let named = scan::tokens(&clean).into_iter().find(|token| token.start >= start && token.text == original);
             span = named.map(|token| (token.start, token.text.len())).or(span);
@@ -219,7 +219,7 @@ fn describe(error: &ComposerErrorInner, offset: usize) -> Described {
                 messages.push(error.to_string());
                 cause = error.source();
             }
-            // The innermost cause says what is wrong, the others where.
+            // The innermost cause names the fault, the outer ones its place.
             let message = messages.pop().unwrap_or_default();
             messages.reverse();
             (message, span, messages)
@@ -251,8 +251,8 @@ fn position(error: &ComposerErrorInner) -> Option<usize> {
     }
 }
 
-/// The place in `file` of the text at `start` in `composed`, its preprocessed text: that has the same lines, but within a line
-/// imported names and overrides are longer. So the same occurrence of the same word is looked for.
+/// The place in `file` of the text at `start` in `composed`, its preprocessed text. Preprocessing keeps lines, but makes imported names and overrides
+/// longer within a line. So this looks for the same occurrence of the same word.
 fn original_place(file: &Source, composed: &str, start: usize, length: usize) -> SourceSpan {
     let inside = SourceSpan::of("", composed, start, length);
     let line_start: usize = file.text.split_inclusive('\n').take(inside.line - 1).map(str::len).sum();
@@ -291,7 +291,7 @@ fn replace_decorations(text: &str, write: impl Fn(&str, &str) -> String) -> Stri
         let name_at = before
             .rfind(|c: char| c != '_' && !c.is_alphanumeric())
             .map_or(0, |at| at + before[at..].chars().next().map_or(0, char::len_utf8));
-        // Base 32 has an X of its own, so the closing one is the last before the next character that is not of its alphabet.
+        // Base 32 also uses X, so the closing X is the last one before the next character outside its alphabet.
         let coded = after.find(|c: char| !c.is_ascii_uppercase() && !c.is_ascii_digit()).unwrap_or(after.len());
         let module = base32(after[..coded].strip_suffix('X').unwrap_or(&after[..coded]));
         out.push_str(&before[..name_at]);

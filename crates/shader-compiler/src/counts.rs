@@ -1,11 +1,11 @@
-//! The number of variants of a shader, and how many of them have each flag. A line in the shader's head states both, and a build compares it with what it
-//! compiles: a flag that doubles a shader does not go by unseen.
+//! The number of variants of a shader, and how many of them have each flag. A line in the shader's head states both, and a build compares it with the
+//! compiled variants, so a flag that doubles a shader is noticed.
 
 use std::fmt::Write as _;
 
 use crate::shader::CompiledShader;
 
-/// Counts the variants, as the line `// counts:` states them: `6; with LIGHTS 4, MSAA 3`. The number of a flag is that of the variants which have it.
+/// Counts the variants, as the line `// counts:` states them: `6; with LIGHTS 4, MSAA 3`. The number after a flag counts the variants that have it.
 #[must_use]
 pub fn count_variants(shader: &CompiledShader) -> String {
     let mut counts = shader.variants.len().to_string();

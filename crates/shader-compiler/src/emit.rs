@@ -16,11 +16,11 @@ use crate::{ScalarValue, SpecializationConstant};
 /// A compiled entry point.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct CompiledEntryPoint {
-    /// Its name.
+    /// The name.
     pub name: String,
-    /// Its stage.
+    /// The stage.
     pub stage: StageKind,
-    /// Its SPIR-V 1.3 module, in the words' native order.
+    /// The SPIR-V 1.3 module, in the words' native order.
     pub spirv: Vec<u32>,
     /// The resources that it uses, by set and binding.
     pub bindings: Vec<ReflectedBinding>,
@@ -239,7 +239,8 @@ fn write_spirv(module: &naga::Module, info: &ModuleInfo) -> Result<Vec<u32>, spv
             .collect(),
         // A counter in every loop costs time; our loops end.
         force_loop_bounding: false,
-        // naga would have one invocation zero the whole memory of a work group while the others wait. Our shaders write what they read.
+        // naga would have one invocation zero the whole memory of a work group while the others wait. Our shaders read only memory that they have
+        // written.
         zero_initialize_workgroup_memory: spv::ZeroInitializeWorkgroupMemoryMode::None,
         // No divisor of ours is zero.
         emit_int_div_checks: false,

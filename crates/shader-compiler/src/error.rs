@@ -74,14 +74,14 @@ impl Error {
         }
     }
 
-    /// The same error with one more note under it.
+    /// Adds a note under the error.
     #[must_use]
     pub fn note(mut self, note: impl Into<String>) -> Self {
         self.notes.push(note.into());
         self
     }
 
-    /// Returns true if both say the same of the same place; notes, which name the variant, may differ.
+    /// Returns true if both errors have the same message and place; notes, which name the variant, may differ.
     #[must_use]
     pub fn same_fault(&self, other: &Self) -> bool {
         self.message == other.message && self.file == other.file && self.location == other.location

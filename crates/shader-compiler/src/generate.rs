@@ -23,9 +23,9 @@ const RUST_FILE: &str = "shaders.rs";
 pub struct Written {
     /// Different SPIR-V modules.
     pub modules: usize,
-    /// Their bytes.
+    /// The size of the modules, in bytes.
     pub bytes: usize,
-    /// The bytes that they take when packed.
+    /// The size of the packed modules, in bytes.
     pub packed: usize,
 }
 
@@ -72,7 +72,7 @@ fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     written.map_err(|error| Error::in_file(&path.display().to_string(), format!("cannot be written: {error}")))
 }
 
-/// A shader's different entry points: variants that differ in one stage only share those of the others.
+/// A shader's different entry points. Variants that differ in one stage only share the entry points of the other stages.
 struct Entries<'a> {
     all: Vec<&'a CompiledEntryPoint>,
     /// The indices of each variant's entry points in [`Entries::all`].

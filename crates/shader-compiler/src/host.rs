@@ -1,4 +1,4 @@
-//! The interface that Rust is compiled against of a shader: flags, constants, push constants, and the structs of its buffers.
+//! The part of a shader's interface that Rust code is compiled against: flags, constants, push constants, and the structs of its buffers.
 
 use std::fmt::Write as _;
 
@@ -72,8 +72,8 @@ pub fn shared_constants(library: &Library) -> Result<Vec<Vec<HostConstant>>, Err
     library.modules.iter().map(of_module).collect()
 }
 
-/// The facts on which a program that was built with `shader` relies, one a line; bindings, inputs and outputs are told by its variants. A shader can
-/// replace the program's own if each of its lines is among those that the program was built with.
+/// Lists the facts that a program built with `shader` relies on, one a line. The variants' bindings, inputs and outputs are not listed. A shader can
+/// replace the program's own if each of its lines is among the lines that the program was built with.
 #[must_use]
 pub fn host_interface(shader: &CompiledShader) -> String {
     let mut text = String::new();

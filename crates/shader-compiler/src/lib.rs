@@ -1,14 +1,14 @@
 //! WGSL to checked, patched SPIR-V with reflected layouts, at build time.
 //!
 //! A directory holds one shader a file, and modules that they import in `shared/` (`#define_import_path`, `#import`, `#ifdef`: naga_oil).
-//! WGSL has no words for some features; they are written so:
+//! WGSL has no words for some features; they are written as follows:
 //! - A texture named `subpass_...` is a subpass input (input attachment), read with `textureLoad(subpass_x, vec2<i32>(0, 0), 0)`. The
 //!   inputs that a variant uses are indexed in the order of their bindings.
-//! - `override NAME: T = value;` becomes a specialization constant; its id is that of `@id(n)`, or the next free one in the order of
-//!   declaration, imported files first. It is the same in every variant.
+//! - `override NAME: T = value;` becomes a specialization constant; its id is `@id(n)`, or the next free one in the order of declaration, imported
+//!   files first. It is the same in every variant.
 //! - `var<immediate>` holds the push constants.
-//! - `const NAME: T = value; // host`, on one line, is a scalar that the generated Rust declares as well. Of a shared module it has the value without
-//!   flags.
+//! - `const NAME: T = value; // host`, on one line, is a scalar that the generated Rust declares as well. In a shared module its value is the one
+//!   without flags.
 //! - Comment lines in a shader's head name its variants (see [`variants`]).
 //!
 //! Limits: vertex, fragment and compute stages; SPIR-V 1.3 for Vulkan 1.1; exports of modules cannot have names with a digit or `_` at the end, since
@@ -46,17 +46,17 @@ use source::Source;
 /// A file as it was read: its name for errors, and its text.
 pub type NamedText<'a> = (&'a str, &'a str);
 
-/// Compiles every `*.wgsl` of `directory`, with those of `directory/shared` as modules to import. The shaders come sorted by name; none
-/// is there if the directory is empty or missing.
+/// Compiles every `*.wgsl` of `directory`, with the files of `directory/shared` as modules to import. The shaders are sorted by name. The list is
+/// empty if the directory is empty or missing.
 ///
 /// # Errors
-/// All that is wrong with the shaders, each fault once; or a directory or file that cannot be read.
+/// All faults of the shaders, each once; or a directory or file that cannot be read.
 pub fn compile_directory(directory: &Path) -> Result<Vec<CompiledShader>, Vec<Error>> {
     compile_variants(directory, &|_, _| true)
 }
 
-/// The same of those variants alone that are wanted: `wanted` is asked with a shader's name and a variant's flags as bits. A shader has the
-/// constants and structs of its compiled variants; those without any are not there.
+/// Compiles selected variants only: `wanted` is called with a shader's name and a variant's flags as bits. A shader has the constants and structs of
+/// its compiled variants; a shader without any is left out.
 ///
 /// # Errors
 /// As [`compile_directory`].
@@ -72,7 +72,7 @@ pub fn compile_variants(
 /// Compiles one shader with the modules `shared`.
 ///
 /// # Errors
-/// All that is wrong with it, each fault once.
+/// All faults of the shader, each once.
 pub fn compile_source(shader: NamedText, shared: &[NamedText]) -> Result<CompiledShader, Vec<Error>> {
     let owned = |(path, text): &NamedText| ((*path).to_owned(), (*text).to_owned());
     let shared: Vec<_> = shared.iter().map(owned).collect();

@@ -1,6 +1,6 @@
-//! Ids that mean the same in every variant of a shader. A compiler numbers its instructions one after the other, so that one constant more shifts all
-//! that follow, and two variants have few bytes in common. Here equal instructions get the same number, and variants pack to an eighth of their size
-//! before.
+//! Ids that mean the same in every variant of a shader. A compiler numbers its instructions in order, so one additional constant shifts all later
+//! ids, and two variants have few bytes in common. Here equal instructions get the same number, and variants pack to an eighth of their previous
+//! size.
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -15,13 +15,13 @@ pub struct Numbering {
     known: HashMap<Meaning, Word>,
 }
 
-/// The meaning of an id: the words of its instruction, in which ids of earlier ones are renumbered and those of later ones are 0, and the number of
-/// equal instructions before it in the module.
+/// The meaning of an id: the words of its instruction, with renumbered ids for earlier instructions and 0 for later ones, and the number of equal
+/// instructions before it in the module.
 type Meaning = (Vec<Word>, u32);
 
 impl Numbering {
-    /// The module `words` with other ids: those of equal instructions in the modules before it, and the next free ones. None for words that are no
-    /// module, or one whose execution modes or decorations have ids.
+    /// Renumbers the ids of the module `words`: equal instructions get the same ids as in the modules before it, others the next free ones. Returns
+    /// `None` for words that are not a module, and for a module whose execution modes or decorations have ids.
     pub fn renumber(&mut self, words: &[Word]) -> Option<Vec<Word>> {
         let places = IdPositions::of(words)?;
         let new = self.number(words, &places);
@@ -54,7 +54,7 @@ impl Numbering {
 
 /// The words before the first instruction.
 const HEADER: usize = 5;
-/// The word of them that is above all ids.
+/// The header's word that is above all ids.
 const BOUND: usize = 3;
 
 /// The operands of each operation, by its number. Parsing each instruction into an object instead made numbering a third of the build script's time.
@@ -68,11 +68,11 @@ static OPERANDS: LazyLock<Vec<&[LogicalOperand]>> = LazyLock::new(|| {
     all
 });
 
-/// Where ids stand among a module's words.
+/// The positions of ids among a module's words.
 #[derive(Default)]
 struct IdPositions {
     ids: Vec<usize>,
-    /// The instructions that have an id of their own.
+    /// The instructions with a result id.
     results: Vec<InstructionWithId>,
 }
 
@@ -80,7 +80,7 @@ struct InstructionWithId {
     words: Range<usize>,
     /// The instruction's part of [`IdPositions::ids`].
     ids: Range<usize>,
-    /// The place of the instruction's own id.
+    /// The place of the result id.
     id: usize,
 }
 
@@ -92,7 +92,7 @@ impl IdPositions {
             return None;
         }
         while let Some(first) = words.get(start) {
-            // The first word has the number of words, and of the operation.
+            // The first word contains the instruction's length in words, and the number of the operation.
             let (count, operation) = ((first >> 16) as usize, first & 0xffff);
             let instruction = words.get(..start + count).filter(|_| count != 0)?;
             let ids = places.ids.len();
@@ -104,8 +104,8 @@ impl IdPositions {
         Some(places)
     }
 
-    /// Reads an instruction's operands, which stand in `words` from `at` to the end and lack the first `skipped` of its grammar. Returns where the
-    /// instruction's own id stands, if it has one.
+    /// Reads an instruction's operands, which are in `words` from `at` to the end and lack the first `skipped` of its grammar. Returns the place of
+    /// its result id, if it has one.
     fn read(&mut self, words: &[Word], mut at: usize, operation: Word, skipped: usize) -> Option<Option<usize>> {
         if [Op::DecorateId, Op::ExecutionModeId].iter().any(|op| *op as Word == operation) {
             return None;
@@ -140,11 +140,11 @@ impl IdPositions {
                     // The last word of a text ends with a zero.
                     OperandKind::LiteralString => at += words[this..].iter().position(|word| word >> 24 == 0)?,
                     OperandKind::LiteralSpecConstantOpInteger => {
-                        // An operation within a constant's instruction has neither a type nor an id of its own.
+                        // An operation within a constant's instruction has neither a type nor a result id.
                         self.read(words, at, *word, 2)?;
                         at = words.len();
                     }
-                    // Ids follow, as many as there are.
+                    // All remaining words are ids.
                     OperandKind::ImageOperands | OperandKind::LiteralExtInstInteger => {
                         self.ids.extend(rest);
                         at = words.len();
@@ -166,7 +166,7 @@ impl IdPositions {
     }
 }
 
-/// Returns true if two modules are the same but for the numbers of their ids. Words that are no module are the same as themselves alone.
+/// Returns true if two modules are the same except for the numbers of their ids. Words that are not a module equal only themselves.
 #[must_use]
 pub fn same_but_for_ids(a: &[Word], b: &[Word]) -> bool {
     // Alone, a module is numbered in the order of its instructions.
@@ -236,7 +236,7 @@ mod tests {
             instruction.result_type.iter_mut().chain(&mut instruction.result_id).for_each(|id| *id += 1000);
         }
         assert!(found == parsed.assemble() && found != *words);
-        // Cut off within a store, with an operation that there is not, and without a magic number.
+        // The inputs are cut off within a store, contain an unknown operation, or lack the magic number.
         let unknown = [&words[..HEADER], &[1 << 16 | 0xfff0]].concat();
         for broken in [&words[..words.len() - 3], &unknown, &words[1..], &[]] {
             assert_eq!(Numbering::default().renumber(broken), None);

@@ -1,5 +1,5 @@
-//! SPIR-V modules, packed in blocks. Variants of a shader are nearly the same module, so that together they take a fraction of what they take one
-//! by one; a block is small enough to be unpacked for one module of it.
+//! SPIR-V modules, packed in blocks. Variants of a shader are nearly the same module, so packing them together takes a fraction of packing them one
+//! by one. A block is small enough to be unpacked for a single module.
 
 use std::collections::HashMap;
 use std::io;
@@ -7,18 +7,19 @@ use std::ops::Range;
 
 use crate::parallel;
 
-/// A block is closed once it holds this many words. Measured over modules of 50.3 MB: 1.3 MB in a block pack to 2.0 MB in all, 5 MB to 1.1; unpacking goes at
-/// 3.5 GB/s. The smaller ones cost a program of 18 MB 0.9, and save the process of a frame 15 MiB, as the blocks that its pipelines need stay in memory.
+/// A block is closed once it holds this many words. Measured over modules of 50.3 MB: blocks of 1.3 MB pack to 2.0 MB in all, blocks of 5 MB to 1.1;
+/// unpacking runs at 3.5 GB/s. Smaller blocks cost a program of 18 MB 0.9, and save a frame's process 15 MiB, as the blocks that its pipelines need
+/// stay in memory.
 const BLOCK_WORDS: usize = 325_000;
 
-/// Zstandard's level: 19 is the last that keeps its window within a few MiB. A development build's program may be larger, and is there sooner.
+/// Zstandard's level: 19 is the last that keeps its window within a few MiB. A development build may be larger, but is built sooner.
 const LEVEL: i32 = if cfg!(debug_assertions) { 3 } else { 19 };
 
 /// The place of a module.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ModuleLocation {
     pub block: usize,
-    /// Its first word in the block.
+    /// The module's first word in the block.
     pub start: usize,
 }
 
@@ -30,7 +31,7 @@ pub struct Pool {
 }
 
 impl Pool {
-    /// The place of `module`, which is added if it is new.
+    /// The place of `module`; a new module is added.
     pub fn place(&mut self, module: &[u32]) -> ModuleLocation {
         if let Some(place) = self.known.get(module) {
             return *place;
@@ -50,7 +51,7 @@ impl Pool {
         self.known.len()
     }
 
-    /// The bytes of all of them.
+    /// The size of all modules in bytes.
     pub fn bytes(&self) -> usize {
         4 * self.blocks.iter().map(Vec::len).sum::<usize>()
     }
@@ -58,7 +59,7 @@ impl Pool {
 
 /// One packed block.
 pub struct PackedBlock {
-    /// Its place among the packed bytes.
+    /// The block's bytes among the packed ones.
     pub range: Range<usize>,
     /// The words that it unpacks to.
     pub words: usize,

@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-/// The result of each job, in the jobs' order. Each thread begins with a `state` of its own.
+/// Returns the result of each job, in the jobs' order. Each thread begins with a new `state`.
 pub fn map<'a, Job: Sync, State, Done: Send>(
     jobs: &'a [Job],
     state: impl Fn() -> State + Sync,

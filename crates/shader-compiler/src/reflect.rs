@@ -35,7 +35,7 @@ pub enum ResourceKind {
 /// A resource that an entry point uses.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct ReflectedBinding {
-    /// Its name in the source.
+    /// The name in the source.
     pub name: String,
     /// Descriptor set.
     pub set: u32,
@@ -43,9 +43,9 @@ pub struct ReflectedBinding {
     pub binding: u32,
     /// The kind of resource that it takes.
     pub kind: ResourceKind,
-    /// Descriptors in it; 0 for an array without a size.
+    /// The number of descriptors; 0 for an array without a size.
     pub count: u32,
-    /// The index of the module's word with its number, so that a pipeline can give it another one.
+    /// The index of the word in the module that holds the binding's number, so that a pipeline can change it.
     pub word: u32,
 }
 
@@ -63,7 +63,7 @@ pub enum NumericType {
 /// A vertex attribute or a colour output.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Located {
-    /// Its name in the source.
+    /// The name in the source.
     pub name: String,
     /// `@location`
     pub location: u32,
@@ -76,7 +76,7 @@ pub struct Located {
 /// The layout of a struct in memory.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct StructLayout {
-    /// Its name in the source.
+    /// The name in the source.
     pub name: String,
     /// Bytes, the padding at the end included; up to the array for a struct that ends in one without a size.
     pub size: u32,
@@ -89,7 +89,7 @@ pub struct StructLayout {
 /// The place of a member in its struct.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MemberLayout {
-    /// Its name.
+    /// The name.
     pub name: String,
     /// Bytes from the start of the struct.
     pub offset: u32,
@@ -102,12 +102,12 @@ pub struct MemberLayout {
 pub enum PushConstants {
     /// `var<immediate>` of a struct.
     Struct(StructLayout),
-    /// `var<immediate>` of another type, of so many bytes.
+    /// `var<immediate>` of another type, with its size in bytes.
     Plain(u32),
 }
 
 impl PushConstants {
-    /// Bytes.
+    /// The size in bytes.
     #[must_use]
     pub fn size(&self) -> u32 {
         match self {
@@ -157,7 +157,7 @@ pub fn bindings(
     bindings
 }
 
-/// By set and binding, which word of a module is the number in `OpDecorate variable Binding number`.
+/// The index of the word that holds the number in `OpDecorate variable Binding number`, by set and binding.
 fn binding_words(spirv: &[u32]) -> BTreeMap<(u32, u32), u32> {
     const HEADER_WORDS: usize = 5;
     let (mut sets, mut places) = (BTreeMap::new(), Vec::new());
@@ -176,7 +176,7 @@ fn binding_words(spirv: &[u32]) -> BTreeMap<(u32, u32), u32> {
     places.iter().filter_map(|(variable, binding, word)| Some(((*sets.get(variable)?, *binding), *word))).collect()
 }
 
-// Of the SPIR-V specification, sections 3.2.20 and 3.3.8.
+// Numbers of the SPIR-V specification, sections 3.2.20 and 3.3.8.
 const OP_DECORATE: u32 = 71;
 const DECORATION_BINDING: u32 = 33;
 const DECORATION_DESCRIPTOR_SET: u32 = 34;
@@ -238,7 +238,7 @@ fn located(
     }
 }
 
-/// The push constants of `module`. After compaction to one entry point these are those that it uses.
+/// The push constants of `module`. After compaction to one entry point these are the ones that it uses.
 #[must_use]
 pub fn push_constants(module: &naga::Module) -> Option<PushConstants> {
     let layouter = layouter(module)?;
@@ -249,8 +249,8 @@ pub fn push_constants(module: &naga::Module) -> Option<PushConstants> {
     })
 }
 
-/// The layouts of all structs in uniform and storage buffers of `module`, and of those inside its push constants; members before the
-/// structs that contain them.
+/// The layouts of all structs in uniform and storage buffers of `module`, and of all structs inside its push constants. Member structs come before
+/// the structs that contain them.
 #[must_use]
 pub fn structs(module: &naga::Module) -> Vec<StructLayout> {
     let Some(layouter) = layouter(module) else { return Vec::new() };

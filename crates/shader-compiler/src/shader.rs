@@ -14,17 +14,17 @@ use crate::variants::Head;
 pub struct CompiledShader {
     /// The file's name without `.wgsl`.
     pub name: String,
-    /// Its flags; bit `i` of a variant's number is flag `i`.
+    /// The flags; bit `i` of a variant's number is flag `i`.
     pub flags: Vec<String>,
-    /// Its variants, ascending.
+    /// The variants, ascending.
     pub variants: Vec<CompiledVariant>,
-    /// The numbers of variants that its file states.
+    /// The numbers of variants that the file states.
     pub counts: Option<String>,
     /// The specialization constants of all variants, by id.
     pub constants: Vec<SpecializationConstant>,
-    /// The structs of its buffers, in all variants, sorted by name.
+    /// The structs of the buffers, in all variants, sorted by name.
     pub structs: Vec<StructLayout>,
-    /// Its push constants.
+    /// The push constants.
     pub push_constants: Option<PushConstants>,
     /// The constants that it and its imports mark for the host.
     pub host_constants: Vec<HostConstant>,
@@ -33,20 +33,20 @@ pub struct CompiledShader {
 /// A shader with certain flags on.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct CompiledVariant {
-    /// Its flags, a bit each.
+    /// The flags, a bit each.
     pub bits: u32,
-    /// Its entry points in the order of the source.
+    /// The entry points in the order of the source.
     pub entry_points: Vec<CompiledEntryPoint>,
 }
 
 /// A specialization constant.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SpecializationConstant {
-    /// Its name in the source.
+    /// The name in the source.
     pub name: String,
     /// SpecId.
     pub id: u32,
-    /// Its value if the pipeline sets none; it tells the type too.
+    /// The value if the pipeline sets none, with its type.
     pub default: ScalarValue,
 }
 
@@ -178,7 +178,7 @@ fn assign_ids(files: &[&Source]) -> Result<Vec<Constant>, Error> {
     for (file, declaration) in declared {
         let (name, symbol) = (declaration.name.clone(), composed_name(file, &declaration.name));
         if let Some(known) = constants.iter().find(|known| known.name == name) {
-            // The same declaration under `#ifdef` and under its `#else` is one constant.
+            // Equal declarations under `#ifdef` and under its `#else` are one constant.
             if known.symbol == symbol && declaration.id.is_none_or(|id| id == known.id) {
                 continue;
             }

@@ -5,9 +5,9 @@ use std::path::Path;
 use crate::error::{Error, SourceSpan};
 use crate::scan::{self, Token};
 
-/// A texture variable whose name begins so is a subpass input.
+/// A texture variable with this prefix is a subpass input.
 pub const SUBPASS_PREFIX: &str = "subpass_";
-/// The comment behind a constant that the host has as well.
+/// The comment after a constant that the host shares.
 const HOST_MARK: &str = "// host";
 
 /// `override NAME: T = value;`
@@ -17,7 +17,7 @@ pub struct OverrideDeclaration {
     pub name: String,
     /// The `n` of `@id(n)`.
     pub id: Option<u32>,
-    /// Its place in the source.
+    /// The place in the source.
     pub location: SourceSpan,
 }
 
@@ -28,7 +28,7 @@ pub struct HostDeclaration {
     pub name: String,
     /// True if only variants with some flag have it.
     pub conditional: bool,
-    /// Its place in the source.
+    /// The place in the source.
     pub location: SourceSpan,
 }
 
@@ -37,7 +37,7 @@ pub struct HostDeclaration {
 pub struct Source {
     /// The file as errors name it.
     pub path: String,
-    /// Its text, with newlines made `\n`.
+    /// The text, with newlines made `\n`.
     pub text: String,
     /// The text in which overrides are private variables: naga folds overrides, and `patch` makes constants of the variables.
     pub rewritten: String,
@@ -45,7 +45,7 @@ pub struct Source {
     pub import_path: Option<String>,
     /// The modules it imports something from, in order.
     pub imports: Vec<String>,
-    /// Its overrides, in order, those of all variants.
+    /// The overrides of all variants, in order.
     pub overrides: Vec<OverrideDeclaration>,
     /// The variables that are named as subpass inputs, each with its place in the source.
     pub subpass_inputs: Vec<(String, SourceSpan)>,
@@ -133,7 +133,7 @@ impl Source {
     }
 
     fn find_overrides(&mut self, text: &str, tokens: &[Token]) -> Result<(), Error> {
-        // From the last to the first, so that what is still to be replaced has not moved.
+        // Goes from the last to the first, so that replacements do not move the tokens that are still to be replaced.
         for index in (0..tokens.len()).rev().filter(|index| tokens[*index].text == "override") {
             let word = |ahead: usize| tokens.get(index + ahead).map_or("", |token| token.text);
             // `override fn` is naga_oil's way to replace a function, not WGSL's override.
@@ -194,7 +194,7 @@ impl Source {
     }
 }
 
-/// Says what is wrong with a use of the subpass input `name` after the tokens `before`.
+/// Explains the fault of a use of the subpass input `name` after the tokens `before`.
 fn misuse(name: &str, before: &[Token], next: &str) -> String {
     const ONLY: &str = "it can only be read with `textureLoad(NAME, vec2<i32>(0, 0), 0)`";
     let only = ONLY.replace("NAME", name);

@@ -1,4 +1,4 @@
-//! The comment lines in a shader's head that say which variants of it exist.
+//! The comment lines in a shader's head that define its variants.
 //!
 //! ```wgsl
 //! // variants: TEXTURED NORMAL_MAP MASKED     each flag on or off: all combinations ...
@@ -24,7 +24,7 @@ pub struct Head {
     requires: Vec<(u32, Vec<u32>)>,
     /// A variant may have at most one of these bits.
     excludes: Vec<u32>,
-    /// On in every variant, without a bit.
+    /// Flags that are on in every variant and have no bit.
     always: Vec<String>,
     /// True if floating-point arithmetic is decorated NoContraction.
     pub precise: bool,

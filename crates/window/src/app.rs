@@ -1,4 +1,4 @@
-//! A window and what it shows. A frame is drawn when something has changed, and otherwise never.
+//! A window and its contents. A frame is drawn when something has changed, and otherwise never.
 
 mod clips;
 mod events;
@@ -48,7 +48,7 @@ const TRIES_FOR_MEMORY: u32 = 20;
 /// The system's window, with its presenter and its interface.
 struct Opened {
     interface: UserInterface,
-    // Before the window: a surface that it still holds would outlive it.
+    // Declared before the window, so dropped first: a surface that it still holds would outlive the window.
     presenter: Presenter,
     /// The window for the driver. A lost surface is replaced by one of the same connection: Mesa knows connections by their addresses, and a new one may have
     /// the address of one that was closed. Mesa would then not ask it again which extensions it has, and its requests would fail.
@@ -103,7 +103,7 @@ pub struct App<'a> {
     light: bool,
     /// Frames must be made for the window and its subject as they are now.
     unfit: bool,
-    /// Because the swapchain is not of the window's size, or not of its surface: those before cannot go on meanwhile.
+    /// Frames are unfit because the swapchain does not have the window's size or is not of its surface: the old frames cannot go on meanwhile.
     misfit: bool,
     /// Nobody can see the window.
     hidden: bool,
@@ -127,7 +127,7 @@ pub struct App<'a> {
     /// The next frame's picture is to be compared with the truth.
     compare: bool,
     wake: Arc<dyn Fn() + Send + Sync>,
-    /// None where the system does not tell of changes.
+    /// `None` if the system does not report changes of files.
     watch: Option<Watch>,
     failure: Option<Error>,
 }
@@ -451,7 +451,7 @@ impl<'a> App<'a> {
         }
     }
 
-    /// Reports the respects in which frames differ from those asked for.
+    /// Reports how frames differ from the requested ones.
     fn tell_fitted(&mut self, is_first: bool) {
         let Some(Opened { window, presenter, interface, .. }) = &mut self.opened else { return };
         let told = presenter.shows_hdr();

@@ -1,7 +1,7 @@
 //! The camera under the hands of a user. Pure: held keys and passed time go in, a camera comes out.
 //!
-//! All motion is smooth and the same at any frame rate. Velocities approach those of the held keys, and turns those of the mouse,
-//! exponentially; time is taken in steps so short that turning while moving makes the same path as well.
+//! All motion is smooth and the same at any frame rate. Velocities exponentially approach the velocities of the held keys, as turns do the turns of
+//! the mouse; time is taken in steps so short that turning while moving makes the same path as well.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -66,7 +66,7 @@ struct Viewpoint {
     reach: f64,
 }
 
-/// A camera, where it is going, and the places that it knows.
+/// A camera, its motion, and the viewpoints that it knows.
 #[derive(Debug, Clone)]
 pub struct CameraControl {
     camera: Camera,
@@ -171,8 +171,8 @@ impl CameraControl {
         held.direction() != DVec3::ZERO || self.velocity != DVec3::ZERO || self.turn != [0.0; 2] || self.zoom != 0.0
     }
 
-    /// The mouse was dragged, by these parts of the window's height, to the right and down. In flight the view follows it, and in an orbit the scene
-    /// does.
+    /// Turns by a drag of the mouse to the right and down, in parts of the window's height. In flight the view follows the mouse, and in an orbit the
+    /// scene does.
     pub fn drag(&mut self, right: f64, down: f64) {
         self.turn[0] -= right * TURN;
         self.turn[1] -= down * TURN;
@@ -217,13 +217,13 @@ impl CameraControl {
         found.map(|place| self.go(place)).is_some()
     }
 
-    /// With the distance of that place: after a zoom another one would be gone around.
+    /// Goes to a viewpoint, with its distance: after a zoom the camera would otherwise go around another place.
     fn go(&mut self, Viewpoint { camera, reach }: Viewpoint) {
         (self.camera, self.reach) = (camera, reach);
         (self.velocity, self.turn, self.zoom) = (DVec3::ZERO, [0.0; 2], 0.0);
     }
 
-    /// Lets so many seconds pass.
+    /// Advances the motion by a time in seconds.
     pub fn advance(&mut self, seconds: f64, held: HeldKeys) {
         let seconds = if seconds.is_finite() { seconds.clamp(0.0, LONGEST) } else { 0.0 };
         let steps = (seconds / STEP).ceil().max(1.0);
@@ -256,7 +256,7 @@ impl CameraControl {
         let direction = held.direction() * if held.hurry { HURRY } else { 1.0 };
         match self.camera.projection {
             Projection::Perspective { .. } => direction * self.speed,
-            // By a part of the picture, however many metres that has.
+            // The speed is a share of the picture, whatever its size in metres.
             Projection::Orthographic { height } => {
                 DVec3::new(direction.x * height, direction.y * height, direction.z) * ZOOM
             }
@@ -273,7 +273,7 @@ impl CameraControl {
                 self.camera.position += aside + forward * (moved.z + nearer);
                 self.reach -= nearer;
                 if self.mode == NavigationMode::Orbit {
-                    // Keys that go nearer leave the orbit's centre where it is, until the camera has reached it.
+                    // Keys that move nearer leave the orbit's centre in place until the camera has reached it.
                     let least = self.least_reach().min(self.reach);
                     self.reach = (self.reach - moved.z).max(least);
                 }

@@ -20,11 +20,11 @@ pub struct Summary {
 /// One of the last frames.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Interval {
-    /// From the frame before it to this one.
+    /// Time from the previous frame to this one.
     pub interval_ms: f64,
     /// The times of the last finished frame: recording on the CPU, and drawing on the device.
     pub record_ms: f64,
-    /// By the device's own clock, in milliseconds.
+    /// Drawing time by the device's own clock, in milliseconds.
     pub gpu_ms: Option<f64>,
 }
 
@@ -36,7 +36,7 @@ pub struct Clock {
     last: Option<Instant>,
     intervals: Vec<f64>,
     resizes: Vec<f64>,
-    /// Of the intervals since the title was written last.
+    /// Intervals since the title was last written.
     recent: Vec<f64>,
     told: Option<Instant>,
     /// The newest at the end, [`GRAPH`] at most.

@@ -23,12 +23,12 @@ use afterlight::scene::{
 /// Figures of the frames so far.
 pub struct Facts<'a> {
     pub device: &'a str,
-    /// Of the last frames, the newest at the end.
+    /// Intervals of the last frames, the newest at the end.
     pub intervals: &'a [Interval],
-    /// Of the last frame that is known to be done.
+    /// Times of the last frame that is known to be done.
     pub times: FrameTimes,
     pub plan: Option<&'a FramePlan>,
-    /// Those of the plan, and those that lie over the picture.
+    /// Parts of the plan, and parts drawn over the picture.
     pub parts: Vec<Part>,
     /// The scene's.
     pub lights: &'a [Light],
@@ -37,7 +37,7 @@ pub struct Facts<'a> {
     pub memory: MemoryReport,
     /// Why the last change was not made.
     pub refused: Option<&'a str>,
-    /// Frames of other settings than those that are shown are being made.
+    /// Frames are being made for settings other than the shown ones.
     pub is_pending: bool,
     /// The picture's difference from the truth, as far as it is known.
     pub error: Option<&'a ErrorMap>,
@@ -59,7 +59,7 @@ pub struct Selected {
     pub triangles: usize,
     /// Along the view, in metres.
     pub distance: f64,
-    /// Its box in the world.
+    /// World-space bounding box.
     pub bounds: Aabb,
 }
 
@@ -69,9 +69,9 @@ pub struct PanelValues {
     pub settings: Settings,
     /// EV100.
     pub exposure: f32,
-    /// Those that were changed, by their index in the scene.
+    /// Lights that were changed, by their index in the scene.
     pub lights: Vec<(usize, Light)>,
-    /// Of every material, in the place of its own.
+    /// Roughness of every material; `None` for each material's own.
     pub roughness: Option<f32>,
 }
 
@@ -220,9 +220,9 @@ fn place(at: DVec3) -> String {
     at.to_array().map(|own| decimal(own, 3)).join(", ")
 }
 
-/// Against the light through the middle of each pixel, in 64 bits.
+/// Shows the picture's difference from the light through the middle of each pixel, in 64 bits.
 fn show_error(ui: &mut Ui, map: Option<&ErrorMap>) {
-    // The size that its contents will have, so that it stays where it is.
+    // Reserves the final size of the contents, so that the panel does not move.
     ui.set_min_size(Vec2::new(250.0, 60.0));
     let Some(map) = map else {
         ui.label("the truth is computed...");
@@ -283,7 +283,7 @@ fn picture(ui: &mut Ui, facts: &Facts, values: &mut PanelValues) {
     rows(ui, &mut values.settings, false);
 }
 
-/// Those of the table, or those of its shadows.
+/// Builds the rows of the settings table: of shadows, or of everything else.
 fn rows(ui: &mut Ui, settings: &mut Settings, of_shadows: bool) {
     for setting in SETTINGS.iter().filter(|own| own.in_panel && own.toml.starts_with("shadows.") == of_shadows) {
         if setting.values == ValueKind::Layout {
@@ -317,7 +317,7 @@ fn row(ui: &mut Ui, setting: &Setting, text: Option<String>) -> Option<Option<St
     } else {
         let tried = setting.tried.iter().map(|number| (*number).to_owned());
         let mut all = if setting.tried.is_empty() { setting.values.all() } else { tried.collect() };
-        // A file's value may be none of those that are tried.
+        // A file may set a value that the panel does not offer.
         all.extend(text.clone().filter(|text| !all.contains(text)));
         let unset = Some((setting.unset.to_owned(), None)).filter(|(name, _)| !name.is_empty());
         let names: Vec<_> = unset.into_iter().chain(all.into_iter().map(|text| (text.clone(), Some(text)))).collect();
@@ -453,7 +453,7 @@ mod tests {
             PanelValues { settings: Settings::default(), exposure: 9.0, lights: Vec::new(), roughness: None };
         let mut controls = Controls { shown: true, keys, ..Controls::default() };
         let bounds = Aabb { min: DVec3::splat(-1234.5), max: DVec3::splat(987.654) };
-        // Their sizes are known when they have been shown once.
+        // The sizes of panels are known after the first frame that shows them.
         for _ in 0..3 {
             let facts = Facts {
                 device: "llvmpipe (LLVM 15.0.6, 256 bits)",

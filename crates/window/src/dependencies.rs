@@ -9,12 +9,13 @@ use std::path::Path;
 use egui::{Align2, Context, ScrollArea, pos2};
 
 use self::content::{open_file, show_label};
-use afterlight::frame::proof::{FrameModel, in_words};
 use afterlight::frame::rows::{Row, RowName, Rows, table};
-use afterlight::frame::{Error, HazardPicture, Presenter, Simulation};
+use afterlight::frame::{Error, HazardPicture, MissingRow, Presenter};
 use afterlight::gpu::{Instance, Message, Validation};
-use afterlight::passes::{ONCE, PassName};
+use afterlight::passes::{Endpoint, ONCE};
 use afterlight::plan::FramePlan;
+use afterlight_proof::simulation::simulation;
+use afterlight_proof::{FrameModel, in_words};
 
 /// Points above the panel, for the label of a simulated picture: up to three lines.
 const TOP: f32 = 72.0;
@@ -64,8 +65,8 @@ enum Request {
 }
 
 impl Dependencies {
-    /// With all rows on, but for those that are asked for. A missing row may make a device hang, so frames are recorded without it only on CPUs, where no more
-    /// than the program hangs, unless the user asks for it.
+    /// Starts with all rows on, except the rows `without`. A missing row may make a device hang, so frames are recorded without it only on CPUs,
+    /// where no more than the program hangs, unless the user asks for it.
     pub fn new(is_cpu: bool, without: &[String], hazard: Option<HazardPicture>) -> Self {
         Self {
             listed: Vec::new(),
@@ -134,8 +135,8 @@ impl Dependencies {
                 in_words(hazards.iter().map(|hazard| &hazard.consequence))
             }
         };
-        let simulation = self.pictured.map(|(row, how)| Simulation::of(plan, row, how));
-        self.label = simulation.and_then(Result::ok).map(|own| own.to_string());
+        let simulated = self.pictured.map(|(row, how)| simulation(plan, row, how));
+        self.label = simulated.and_then(Result::ok).map(|own| own.to_string());
     }
 
     /// Makes the changes that were asked for. Returns true if the presenter must be fitted again.
@@ -160,7 +161,8 @@ impl Dependencies {
         if let Some(plan) = presenter.plan() {
             self.follow(plan);
         }
-        presenter.simulate(self.pictured)?;
+        let decide = |plan: &FramePlan, name, how| simulation(plan, name, how).ok();
+        presenter.simulate(self.pictured.map(|(name, how)| MissingRow { name, how, decide }))?;
         Ok(unfit)
     }
 
@@ -178,7 +180,7 @@ impl Dependencies {
         lines
     }
 
-    /// Labels a simulated picture, and builds the panel where it is `open`.
+    /// Labels a simulated picture, and builds the panel if it is `open`.
     pub fn show(&mut self, context: &Context, open: &mut bool, (instance, chapter): (&Instance, Option<&Path>)) {
         if let Some(label) = &self.label {
             show_label(context, label);
@@ -229,14 +231,14 @@ impl Dependencies {
 
     /// Returns true if a row orders work that is done once, as the scene is uploaded.
     fn is_once(&self, name: RowName) -> bool {
-        let has = |place: PassName| ONCE.iter().any(|(once, _)| *once == place);
+        let has = |place: Endpoint| ONCE.iter().any(|(once, _)| *once == place);
         self.listed.iter().any(|own| own.row.name == name && (has(own.row.from) || has(own.row.to)))
     }
 }
 
 /// Checks that a row's hazard has this picture. The reason why it has none is for the panel.
 fn picture(plan: &FramePlan, row: RowName, how: HazardPicture) -> Result<(), String> {
-    Simulation::of(plan, row, how).map(|_| ()).map_err(|error| error.to_string())
+    simulation(plan, row, how).map(|_| ()).map_err(|error| error.to_string())
 }
 
 /// The table without the rows that are off. A row that these frames do not have is missing already.

@@ -1,4 +1,4 @@
-//! The icon of the window's bar and of task lists. Windows and X11 show it; Wayland takes that of a desktop entry.
+//! The icon of the window's bar and of task lists. Windows and X11 show it; Wayland shows the desktop entry's icon.
 
 use winit::window::Icon;
 

@@ -49,7 +49,7 @@ pub type ReadAgain = Box<dyn Fn() -> Result<(Scene, Settings), String> + Send>;
 /// Why there is no window, or none any more.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// The program does not run where there is a display.
+    /// The program has no display to open a window on.
     #[error("no window can be opened here: {0}")]
     NoDisplay(String),
     /// `WINIT_X11_SCALE_FACTOR` has a value that the window system cannot take.
@@ -75,15 +75,15 @@ pub struct WindowOptions<'a> {
     pub icon: &'a [u8],
     /// The synchronization of frames with the display's refresh.
     pub vsync: Vsync,
-    /// Shows light brighter than white as such, where the display can: up to so many nits.
+    /// Shows light brighter than white on displays that can, up to this many nits.
     pub hdr: Option<f32>,
-    /// Pictures are coarser while something moves, where frames take long.
+    /// Makes pictures coarser while something moves, if frames take long.
     pub dynamic_resolution: bool,
-    /// Draw without a pause, and close after so many frames.
+    /// Draws without a pause, and closes after this many frames.
     pub frames: Option<u32>,
     /// The moment and the clips that it begins with.
     pub playing: Playing,
-    /// Rest at that moment, in place of playing on from it.
+    /// Rests at that moment instead of playing on from it.
     pub rests: bool,
     /// Prints a message to the user, most of them in one line.
     pub tell: &'a dyn Fn(&str),
@@ -113,11 +113,11 @@ pub struct WindowSystem {
 }
 
 impl WindowSystem {
-    /// Connects. Once a process, in its first thread. Of a connection that breaks later X11 only tells a function that cannot return, `gone`;
-    /// other window systems let [`WindowSystem::view`] return an error.
+    /// Connects to the window system, once a process, in its first thread. If an X11 connection breaks later, X11 only calls a function that cannot
+    /// return, `gone`; other window systems let [`WindowSystem::view`] return an error.
     ///
     /// # Errors
-    /// [`Error::NoDisplay`] where there is none, [`Error::ScaleFactor`] where the environment has a bad one.
+    /// [`Error::NoDisplay`] without a display, [`Error::ScaleFactor`] if the environment has a bad scale factor.
     pub fn connect(gone: fn() -> !) -> Result<Self, Error> {
         #[cfg(all(unix, not(target_vendor = "apple")))]
         x11::check_scale_factor()?;

@@ -10,14 +10,14 @@ pub struct LiveScene {
     pub settings: Settings,
     /// The playback of its clips.
     pub player: Player,
-    /// Of each material, as it came.
+    /// Roughness of each material as it was read.
     own_roughness: Vec<f32>,
-    /// Those of the scene while no clip plays.
+    /// Bounds of the scene while no clip plays.
     bounds: Aabb,
     /// EV100.
     pub(super) exposure: f32,
     roughness: Option<f32>,
-    /// As it came.
+    /// The scene's own settings as they were read.
     own: Own,
 }
 
@@ -121,12 +121,12 @@ impl LiveScene {
         }
     }
 
-    /// The same settings for a picture of so many pixels of light in nits. FXAA smooths tone-mapped colours only, and light is none.
+    /// Returns the settings for a picture of this size whose light is in nits. FXAA is off, as it smooths tone-mapped colours only.
     pub fn in_nits(&self, size: [u32; 2]) -> Settings {
         Settings { size, output: Output::Nits, ..self.settings.without_effects() }
     }
 
-    /// The same settings with the next view, or the one before it.
+    /// Returns the settings with the next view, or the previous one.
     pub(super) fn turned(&self, back: bool) -> Settings {
         let views = View::NAMES;
         let now = views.iter().position(|&(_, view)| view == self.settings.view).unwrap_or(0);

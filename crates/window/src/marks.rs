@@ -81,7 +81,7 @@ impl HeatMap {
         self.texture = Some(context.load_texture("error", image, TextureOptions::NEAREST));
     }
 
-    /// Over a picture of so many pixels, of which every `step` by `step` are one of the map's.
+    /// Draws the map over a picture; each value of the map stands for `step` by `step` pixels.
     pub fn draw(&self, context: &Context, map: &ErrorMap) {
         let Some(texture) = &self.texture else { return };
         let size = Vec2::new(map.size[0] as f32, map.size[1] as f32) * map.step as f32 / context.pixels_per_point();

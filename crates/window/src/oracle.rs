@@ -1,6 +1,6 @@
 //! The truth, asked for in the background: the object at a place of the picture, and the picture's difference from the true light.
 //!
-//! A thread of its own has a copy of the scene with its tree of boxes. A new question ends the one before it.
+//! A separate thread has a copy of the scene with its tree of boxes. A new question cancels the previous one.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -38,10 +38,10 @@ pub enum Answer {
     Error(ErrorMap),
 }
 
-/// The difference of a picture from the truth, at the middle of every so many pixels: of the brightest channel's sRGB code, of 255.
+/// The difference of a picture from the truth at the middle of every `step`-th pixel, in sRGB codes of the brightest channel, of 255.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ErrorMap {
-    /// From one pixel that was compared to the next.
+    /// Pixels from one compared pixel to the next.
     pub step: u32,
     /// The number of compared pixels, across and down.
     pub size: [u32; 2],
@@ -61,7 +61,7 @@ impl ErrorMap {
     }
 }
 
-/// Every so many pixels, coarse first: an answer comes soon, and better ones follow.
+/// Steps between compared pixels, coarse first: an answer comes soon, and better ones follow.
 const STEPS: [u32; 4] = [8, 4, 2, 1];
 
 /// Answers for one scene.

@@ -17,11 +17,11 @@ use afterlight::passes::overlay::{PanelDraw, PanelTexture, PanelVertex, Panels};
 pub struct Overlay {
     context: egui::Context,
     state: egui_winit::State,
-    /// As they are on the device, or would be: egui only hands their changes over.
+    /// The textures with all changes so far, which the device may not have yet: egui only hands over changes.
     textures: HashMap<u64, ColorImage>,
     /// The textures whose changes are not on the device yet.
     changed: BTreeSet<u64>,
-    /// In points.
+    /// Position of the pointer, in points.
     pointer: egui::Pos2,
     /// Textures that are not needed when the next frame is drawn.
     spent: Vec<u64>,

@@ -35,12 +35,12 @@ impl Player {
         Self { playing, runs, is_new: !motion.is_empty(), ..Self::default() }
     }
 
-    /// The same of a scene with particles, or without, which go on where nothing else moves.
+    /// Sets whether the scene has particles, which go on where nothing else moves.
     pub fn emitting(self, emits: bool, rests: bool) -> Self {
         Self { emits, runs: self.runs || emits && !rests, is_new: self.is_new || emits, ..self }
     }
 
-    /// The same for the scene read again, whose clips may be others.
+    /// Returns the player for the scene as it was read again; its clips may be others.
     pub fn renewed(&self, motion: &Motion) -> Self {
         let fits = match &self.playing.clips {
             ClipChoice::Only(clips) => clips.iter().all(|&clip| clip < motion.clips.len()),
@@ -158,7 +158,7 @@ impl Player {
         presenter.pose(scene, &self.pose)
     }
 
-    /// The part of the panels where it is seen and changed.
+    /// Builds the part of the panels that shows and changes the playback.
     pub fn panel(&mut self, ui: &mut Ui, motion: &Motion) {
         ui.horizontal(|ui| {
             let text = if self.runs { "pause (Enter)" } else { "play (Enter)" };

@@ -15,9 +15,9 @@ const AIM: Duration = Duration::from_millis(100);
 const TOLERANCE: f64 = 1.15;
 /// A finer step is taken if its expected time is below this share of [`AIM`].
 const MARGIN: f64 = 0.85;
-/// Frames after a change before the first time of its own size is known: two are in flight, and one is being recorded.
+/// Frames after a change of step until the time of a frame with the new step is known: two are in flight, and one is being recorded.
 const LATE: u32 = 3;
-/// A picture rests so long after the last movement.
+/// Time after the last movement at which a picture rests.
 const REST: Duration = Duration::from_millis(150);
 
 /// The state of a frame's picture, besides a camera that may have moved.
@@ -47,7 +47,7 @@ pub struct Resolution {
 }
 
 impl Resolution {
-    /// Of a window that begins.
+    /// Returns the state of a window that opens.
     pub fn new(follows: bool) -> Self {
         Self { follows, step: COARSEST, camera: None, moved: None, since: 0 }
     }
@@ -117,8 +117,8 @@ fn step_for(step: u32, took: Duration) -> u32 {
 mod tests {
     use super::*;
 
-    /// A window whose camera moves in each frame; frames take `fixed` and so many milliseconds for all of its pixels, which is known when the one after the
-    /// next begins. Returns all shares.
+    /// Simulates a window whose camera moves in each frame. A frame takes `fixed` milliseconds, and `whole(frame)` milliseconds for all of its
+    /// pixels; the time is known three frames later. Returns all shares.
     fn shares(fixed: f64, whole: impl Fn(usize) -> f64, frames: usize) -> Vec<f64> {
         let mut resolution = Resolution::new(true);
         let (mut now, mut camera) = (Instant::now(), Camera::default());

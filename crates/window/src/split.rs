@@ -84,7 +84,7 @@ impl Divider {
     pub fn draw(&self, context: &Context, [left, right]: [View; 2]) {
         let screen = context.content_rect();
         let scale = context.pixels_per_point();
-        // At the border of two pixels, as the pictures are.
+        // The line is at the border of two pixels, as the pictures are.
         let x = screen.left() + (self.at * f64::from(screen.width() * scale)).round() as f32 / scale;
         let painter = context.layer_painter(LayerId::background());
         painter.vline(x, screen.y_range(), Stroke::new(3.0_f32, Color32::from_black_alpha(140)));
@@ -110,7 +110,7 @@ impl Divider {
     }
 }
 
-/// The settings of the views after `last`, around to it; not those of the picture itself.
+/// Returns the settings of the views after `last`, around to it, without the picture's own view.
 pub fn views_after(last: View, settings: &Settings) -> impl Iterator<Item = Settings> {
     let views = View::NAMES;
     let first = views.iter().position(|&(_, view)| view == last).map_or(0, |index| index + 1);

@@ -7,12 +7,12 @@ pub use stepper::Stepper;
 
 use afterlight::frame::list::StepList;
 use afterlight::passes::{
-    Pass, PassName, Resource, UseKind, composite, forward, geometry, lighting, shadow, tiled, tonemap, transparent,
+    Endpoint, Pass, Resource, UseKind, composite, forward, geometry, lighting, shadow, tiled, tonemap, transparent,
 };
 use afterlight::plan::{FramePlan, PlannedBrdf, Shading, ToneMapping, effects};
 use afterlight::scene::{Brdf, Settings, Tonemap, Transparency, View};
 
-/// Up to so many lights have a step each; of more, groups that double have one.
+/// Up to this many lights have a step each; more lights come in groups that double.
 const SINGLE_LIGHTS: usize = 24;
 
 /// A pass, or a part of its work, after which the picture is shown.
@@ -22,13 +22,13 @@ pub enum FrameStep {
     /// A buffer that GEOMETRY has written.
     Buffer(View),
     /// The buffer that a pass of an effect has made of one of them.
-    Rewritten(PassName, View),
-    /// The lights from `first` to before `end` are added, of those that the plan has; none of them before the first light.
+    Rewritten(Endpoint, View),
+    /// Adds the plan's lights from `first` to before `end`; an empty range stands for the picture before the first light.
     Lights {
         first: usize,
         end: usize,
     },
-    /// Transparent surfaces are in sums of their own, which no picture has yet.
+    /// Transparent surfaces are in separate sums, which are not in the picture yet.
     TransparentSums,
     Transparent,
     Composite,
@@ -36,11 +36,11 @@ pub enum FrameStep {
     Light,
     Tonemap,
     /// A pass over the whole picture that settings can leave out.
-    Effect(PassName),
+    Effect(Endpoint),
 }
 
 impl FrameStep {
-    /// The steps of the frames of a plan. Those before the tone mapping are shown tone-mapped all the same, as far as nothing else is said.
+    /// Returns the steps of a plan's frames. Steps before tone mapping are shown tone-mapped as well, unless stated otherwise.
     pub fn all(plan: &FramePlan) -> Vec<Self> {
         let mut steps: Vec<_> = StepList::of(plan).passes().flat_map(|pass| Self::of(pass, plan)).collect();
         // A pass that is recorded several times is one step.
@@ -48,9 +48,9 @@ impl FrameStep {
         steps
     }
 
-    /// The steps of one pass. A window's own passes, and those that only show a buffer, have none.
+    /// Returns the steps of one pass. The window's own passes, and passes that only show a buffer, have none.
     fn of(pass: &Pass, plan: &FramePlan) -> Vec<Self> {
-        let is = |other: &Pass| pass.place == other.place;
+        let is = |other: &Pass| pass.name == other.name;
         if is(&shadow::PASS) {
             return vec![Self::ShadowMaps];
         }
@@ -58,7 +58,7 @@ impl FrameStep {
             return buffers(plan).into_iter().map(Self::Buffer).collect();
         }
         if let Some(view) = rewritten(pass, plan) {
-            return vec![Self::Rewritten(pass.place, view)];
+            return vec![Self::Rewritten(pass.name, view)];
         }
         if is(&lighting::PASS) || is(&forward::PASS) || is(&tiled::PASS) {
             let groups = light_groups(plan.light_numbers().len()).into_iter();
@@ -75,16 +75,16 @@ impl FrameStep {
             let light = (curve != Tonemap::None).then_some(Self::Light);
             return light.into_iter().chain([Self::Tonemap]).collect();
         }
-        pass.leave_out.map(|_| Self::Effect(pass.place)).into_iter().collect()
+        pass.leave_out.map(|_| Self::Effect(pass.name)).into_iter().collect()
     }
 
-    /// The settings of the frames that show it, where `whole` are those of the frames whose plan this is.
+    /// Returns the settings of frames that show this step, where `whole` are the settings of the frames of `plan`.
     pub fn settings(self, whole: &Settings, plan: &FramePlan) -> Settings {
         // Another view must not make another choice.
         let mut settings = Settings { light_path: plan.light_path, ..whole.clone() };
         // Effects that come later are left out.
         let list = StepList::of(plan);
-        let is_own = |pass: &&Pass| pass.place.name() == self.pass(plan);
+        let is_own = |pass: &&Pass| pass.name.name() == self.pass(plan);
         let later = list.passes().skip_while(|pass| !is_own(pass)).skip_while(is_own);
         let mut later = later.filter_map(|pass| pass.leave_out).peekable();
         if let (Self::Effect(_), None) = (self, later.peek()) {
@@ -162,7 +162,8 @@ fn rewritten(pass: &Pass, plan: &FramePlan) -> Option<View> {
     effects::of_gbuffer(plan).find_map(|(target, view, _)| is_stored(target).then_some(view))
 }
 
-/// From the first to before the last light of each step; first none. Few lights come one by one, of many each step after the first doubles them.
+/// Returns the first light and the light after the last of each step; the first step has none. A few lights come one by one; if there are many, each
+/// step after the first doubles them.
 fn light_groups(count: usize) -> Vec<[usize; 2]> {
     let mut groups = vec![[0, 0]];
     let mut first = 0;
@@ -174,7 +175,7 @@ fn light_groups(count: usize) -> Vec<[usize; 2]> {
     groups
 }
 
-/// The place one further or back among so many, where none is the whole frame: before the first, and after the last.
+/// Returns the next or previous step of `count`, where `None` is the whole frame: before the first step, and after the last.
 fn turned(now: Option<usize>, count: usize, back: bool) -> Option<usize> {
     match (now, back) {
         (None, true) => count.checked_sub(1),

@@ -236,12 +236,12 @@ impl UserInterface {
 
     /// Takes the scene as it was read again. True if the camera that it names is another one than before.
     pub fn renew(&mut self, presenter: &mut Presenter, live: &mut LiveScene, read: (Scene, Settings)) -> bool {
-        // Its steps are another frame's.
+        // The steps belong to a frame of the old scene.
         self.stepper.end(presenter, &live.settings);
         let new = live.renewed(read.0, read.1);
         let old = std::mem::replace(live, new);
         let is_moved = live.own_camera() != old.own_camera();
-        // Of several in a row, the one of which frames were made.
+        // If several scenes are read in a row, keeps the first old one: the frames were made of it.
         self.before.subject.get_or_insert(old);
         self.faults.scene = None;
         self.forget_scene(presenter);

@@ -1,5 +1,5 @@
-//! Files that are watched while a window is open: those of the scene, and with the feature `hot-reload` the shaders. A thread of its own reads
-//! and compiles them anew, so that the window goes on meanwhile.
+//! Watching of files while a window is open: the scene's files, and with the feature `hot-reload` the shaders. A separate thread reads and compiles
+//! them anew, so that the window goes on meanwhile.
 
 use std::collections::BTreeSet;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -52,7 +52,7 @@ pub struct Watch {
 pub struct ShaderFolder {
     /// With `*.wgsl` and `shared/*.wgsl`.
     pub path: PathBuf,
-    /// They are not those that the program was built with, and compiled at once.
+    /// True if the shaders differ from the program's own; they are then compiled at once.
     pub differs: bool,
 }
 
@@ -111,7 +111,7 @@ impl Watch {
         self.reloads.try_recv().ok()
     }
 
-    /// Pipelines were made: variants that they asked for are compiled too, if the sources are not those that the program was built with.
+    /// Reports that pipelines were made: variants that they asked for are compiled too, if the sources differ from the program's own.
     #[cfg(feature = "hot-reload")]
     pub fn fitted(&self) {
         let _ = self.orders.send(WatchOrder::Fitted);
@@ -147,9 +147,9 @@ struct WatchThread {
     watcher: RecommendedWatcher,
     /// Folders that the system was asked about.
     watched: BTreeSet<PathBuf>,
-    /// Of the scene.
+    /// Files of the scene.
     files: BTreeSet<PathBuf>,
-    /// It could not be read the last time.
+    /// True if the scene could not be read the last time.
     is_wrong: bool,
     read: ReadAgain,
     #[cfg(feature = "hot-reload")]
@@ -162,7 +162,7 @@ struct WatchThread {
 #[cfg(feature = "hot-reload")]
 struct ShaderReloader {
     folder: PathBuf,
-    /// They are not those that the program was built with.
+    /// True if the shaders differ from the program's own.
     differ: bool,
     compiled: Replacements,
     /// Variants that were asked for at the last compilation.
@@ -228,7 +228,7 @@ impl WatchThread {
         }
     }
 
-    /// While something is wrong, any file beside those of the scene may be the missing one.
+    /// Returns true if a file belongs to the scene. While something is wrong, any file beside the scene's files may be the missing one.
     fn is_of_scene(&self, path: &Path) -> bool {
         let is_beside =
             || path.parent().is_some_and(|folder| self.files.iter().any(|file| file.parent() == Some(folder)));
@@ -336,7 +336,7 @@ mod tests {
     use super::*;
     use afterlight::scene::{OpenOptions, open};
 
-    /// Waits for a scene of so many objects, or a fault that names this.
+    /// Waits for a scene with this many objects, or for a fault that contains this name.
     fn wait(watch: &Watch, wanted: Result<usize, &str>) {
         let begun = Instant::now();
         loop {

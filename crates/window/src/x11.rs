@@ -21,8 +21,8 @@ fn library() -> Option<&'static Xlib> {
     LIBRARY.get_or_init(|| Xlib::open().ok()).as_ref()
 }
 
-/// Has `gone` called when a connection to the X server breaks. Xlib's own handler would print a line and end the program with exit code 1.
-/// Without the library, the window system is another one.
+/// Has `gone` called when a connection to the X server breaks. Xlib's own handler would print a line and end the program with exit code 1. If the
+/// library is missing, the window system is another one.
 pub fn on_broken_connection(gone: fn() -> !) {
     GONE.get_or_init(|| gone);
     if let Some(library) = library() {
@@ -53,11 +53,11 @@ extern "C" fn broken(_: *mut Display) -> c_int {
     }
 }
 
-/// A window as a driver knows it: by a connection to the X server of the driver's own, where the window system is X11.
+/// A window as a driver knows it: where the window system is X11, by the driver's own connection to the X server.
 ///
-/// A driver reads from the connection that it is given, in threads of its own (Mesa's "WSI swapchain event"). It keeps events that are not
-/// its own for the next reader, but does not wake a loop that waits for the connection to have something to read: a key, or the wish to
-/// close the window, would lie there until something else happens.
+/// A driver reads from its connection in separate threads (Mesa's "WSI swapchain event"). It keeps events of others for the next reader, but does not
+/// wake a loop that waits for the connection to have something to read: a key, or the wish to close the window, would wait there until something else
+/// happens.
 pub struct DrawnWindow {
     // Closed before the window goes, as a driver may still have asked something of it.
     connection: Option<Connection>,

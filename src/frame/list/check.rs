@@ -5,7 +5,7 @@ use ash::vk;
 use super::{Step, StepList, Subpass};
 use crate::frame::rows::Rows;
 use crate::gpu;
-use crate::passes::{PassName, Resource, ResourceUse, UseKind, copy};
+use crate::passes::{Endpoint, Resource, ResourceUse, UseKind, copy};
 use crate::plan::FramePlan;
 
 impl StepList {
@@ -20,9 +20,9 @@ impl StepList {
 
     /// A row of a render pass of which neither place is a subpass, or a row that names a pass which the frame has not.
     fn stray_row(&self, rows: &Rows) -> Option<String> {
-        let is_known = |place: &PassName| {
-            let pass = |step: &Step| matches!(step, Step::Commands(own) if own.pass.place == *place);
-            !place.is_pass() || *place == copy::PASS.place || self.find(*place).is_some() || self.0.iter().any(pass)
+        let is_known = |place: &Endpoint| {
+            let pass = |step: &Step| matches!(step, Step::Commands(own) if own.pass.name == *place);
+            !place.is_pass() || *place == copy::PASS.name || self.find(*place).is_some() || self.0.iter().any(pass)
         };
         rows.iter().find_map(|row| {
             let (name, from, to) = (row.name, row.from, row.to);
@@ -68,7 +68,7 @@ impl StepList {
                 }
                 Step::Commands(own) => {
                     let touches = own.pass.uses(plan);
-                    if let Some(sentence) = contradiction(plan, own.pass.place, &touches, &mut written) {
+                    if let Some(sentence) = contradiction(plan, own.pass.name, &touches, &mut written) {
                         return Some(sentence);
                     }
                 }
@@ -79,10 +79,10 @@ impl StepList {
     }
 }
 
-/// Finds a touch of a pass that contradicts another one, the plan, or what was `written` before.
+/// Finds a touch of a pass that contradicts another touch, the plan, or the resources `written` before.
 fn contradiction(
     plan: &FramePlan,
-    place: PassName,
+    place: Endpoint,
     touches: &[ResourceUse],
     written: &mut Vec<Resource>,
 ) -> Option<String> {

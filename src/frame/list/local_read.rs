@@ -12,7 +12,7 @@ use crate::passes::{Resource, ResourceUse, UseKind};
 use crate::plan::{Capabilities, FramePlan, PlanError, RENDERED_COLORS, Refusal, Target};
 use crate::scene::Passes;
 
-/// Returns true if a subpass can go on in the rendering of those that were drawn before it.
+/// Returns true if a subpass can continue the rendering of the subpasses in `drawn`.
 pub(super) fn goes_on(plan: &FramePlan, subpass: &Subpass, drawn: &[Subpass]) -> bool {
     let all = || drawn.iter().chain([subpass]);
     let reads_all_samples = |touch: &ResourceUse| plan.msaa > 1 && touch.is_attachment() && touch.all_samples;
@@ -25,14 +25,14 @@ pub(super) fn goes_on(plan: &FramePlan, subpass: &Subpass, drawn: &[Subpass]) ->
         && colors(all()).len() <= RENDERED_COLORS as usize
 }
 
-/// The colour attachments of subpasses; those that are only read are attachments, too.
+/// The colour attachments of subpasses, including attachments that are only read.
 fn colors<'a>(subpasses: impl Iterator<Item = &'a Subpass>) -> BTreeSet<Resource> {
     let touches = subpasses.flat_map(|own| &own.touches);
     let is_color = |touch: &&ResourceUse| touch.is_attachment() && !touch.is_depth() && touch.how != UseKind::Resolve;
     touches.filter(is_color).map(|touch| touch.resource).collect()
 }
 
-/// Gives each attachment one layout for all of its rendering: that of local read where some draw reads it so, and the one for writing otherwise.
+/// Gives each attachment one layout for the whole rendering: the local-read layout if some draw reads it as input, otherwise the attachment layout.
 pub(super) fn keep_layouts(plan: &FramePlan, steps: &mut [Step]) {
     for step in steps {
         let Step::RenderPass(_, subpasses) = step else { continue };
@@ -50,7 +50,7 @@ pub(super) fn keep_layouts(plan: &FramePlan, steps: &mut [Step]) {
     }
 }
 
-/// Refuses devices that cannot read locally what a plan's draws read: Vulkan 1.4 promises colour of one sample alone.
+/// Refuses devices that lack the local reads of a plan's draws: Vulkan 1.4 guarantees it only for single-sampled colour.
 ///
 /// # Errors
 /// With the pass and the property that is missing.

@@ -6,17 +6,17 @@ use crate::plan::FramePlan;
 
 /// A line of the frame's order.
 pub(in crate::frame) enum OrderEntry {
-    /// Passes that draw in one subpass, which has the name of the first argument.
+    /// Passes that draw in one subpass, named by the first argument.
     Draw(&'static Pass, &'static [&'static Pass]),
-    /// Passes that draw into images of another size, in a subpass each: a render pass of their own.
+    /// Passes that draw into images of another size: a separate render pass with a subpass for each pass.
     DrawApart(&'static [&'static Pass]),
     /// A pass outside of render passes.
     Run(&'static Pass),
-    /// The same, on the compute queue where the plan has one.
+    /// `Run` on the compute queue, if the plan has one.
     RunBeside(&'static Pass),
     /// A pass outside of render passes, left out of frames in which deformed objects have the pose that they had in the frame before.
     RunPosed(&'static Pass),
-    /// Ends a render pass where the plan asks for that.
+    /// Ends a render pass if the plan asks for it.
     SplitIf(fn(&FramePlan) -> bool),
     /// Lines that stand here in some plans, and elsewhere in the others.
     LinesIf(fn(&FramePlan) -> bool, &'static [OrderEntry]),
@@ -36,9 +36,9 @@ impl OrderEntry {
     pub(super) fn planned(&self, plan: &FramePlan) -> Vec<Planned> {
         let run = |when, pass| commands(plan, when, pass, &[], &[]);
         let one = match *self {
-            Self::Draw(place, passes) => subpass(plan, place.place, passes).map(Planned::Drawn),
+            Self::Draw(place, passes) => subpass(plan, place.name, passes).map(Planned::Drawn),
             Self::DrawApart(passes) => {
-                let drawn: Vec<_> = passes.iter().filter_map(|&pass| subpass(plan, pass.place, &[pass])).collect();
+                let drawn: Vec<_> = passes.iter().filter_map(|&pass| subpass(plan, pass.name, &[pass])).collect();
                 (!drawn.is_empty()).then_some(Planned::DrawnApart(drawn))
             }
             Self::Run(pass) => run(Condition::Always, pass).map(Planned::Recorded),

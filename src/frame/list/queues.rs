@@ -9,7 +9,7 @@ use crate::frame::rows::RowName;
 use crate::gpu::Queue;
 use crate::gpu::barrier::Half;
 use crate::gpu::sync::Use;
-use crate::passes::{PassName, Resource, ResourceUse};
+use crate::passes::{Endpoint, Resource, ResourceUse};
 use crate::plan::{FramePlan, Target};
 
 /// A half of a hand-over from one queue to another. The release ends a part of the frame, and the acquire begins one.
@@ -17,10 +17,10 @@ use crate::plan::{FramePlan, Target};
 pub struct HandOver {
     /// Which half.
     pub half: Half,
-    /// From the first to the second.
+    /// The releasing queue, then the acquiring one.
     pub queues: [Queue; 2],
     /// The steps before the release and after the acquire.
-    pub ends: [PassName; 2],
+    pub ends: [Endpoint; 2],
     /// The images that both queues use, each in the layout that it keeps.
     pub targets: Vec<(Target, vk::ImageLayout)>,
     /// The uses of these images on the other queue.
@@ -32,7 +32,7 @@ pub struct HandOver {
 /// A run of steps that goes to one queue in one piece.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct QueuePart {
-    /// Its queue.
+    /// The queue that executes the steps.
     pub queue: Queue,
     /// Indices into the list.
     pub steps: Range<usize>,
@@ -71,11 +71,11 @@ pub(super) fn add_hand_overs(plan: &FramePlan, steps: &mut Vec<Step>) {
         |all| all.last().map_or(vk::ImageLayout::UNDEFINED, |touch| touch.layout());
     let last_use = steps[..first].iter().rposition(|step| both.iter().any(|target| uses_any(step, *target)));
     let released = last_use.map_or(first, |index| index + 1);
-    let place = |index: usize| steps.get(index).and_then(Step::place).unwrap_or(PassName::OUTSIDE);
+    let place = |index: usize| steps.get(index).and_then(Step::place).unwrap_or(Endpoint::OUTSIDE);
     let there = HandOver {
         half: Half::Release,
         queues: [Queue::Graphics, queue],
-        ends: [last_use.map_or(PassName::OUTSIDE, place), place(first)],
+        ends: [last_use.map_or(Endpoint::OUTSIDE, place), place(first)],
         targets: kept(first_layout),
         uses: Use::all(&uses),
         read_on: Use::all(&[]),
@@ -93,13 +93,13 @@ pub(super) fn add_hand_overs(plan: &FramePlan, steps: &mut Vec<Step>) {
     };
     let acquired = |own: &HandOver| Step::HandOver(HandOver { half: Half::Acquire, ..own.clone() });
     let after = [acquired(&back)];
-    // From the last to the first, so that indices stay.
+    // Inserted from back to front, so that the earlier indices stay valid.
     steps.splice(until..until, [Step::HandOver(back)].into_iter().chain(after));
     steps.insert(first, acquired(&there));
     steps.insert(released, Step::HandOver(there));
 }
 
-/// The reads of an image by these steps, up to the first step that writes it or changes its layout: that step has a row of its own.
+/// The reads of an image by these steps, up to the first step that writes it or changes its layout: that step has its own row.
 fn reads(plan: &FramePlan, steps: &[Step], target: Target, layout: vk::ImageLayout) -> Vec<Use> {
     let own = |step: &Step| -> Vec<ResourceUse> {
         step.touches(plan).into_iter().filter(|touch| touch.resource == Resource::Target(target)).collect()
@@ -155,10 +155,10 @@ impl StepList {
 
 impl Step {
     /// The name of its first pass or subpass.
-    fn place(&self) -> Option<PassName> {
+    fn place(&self) -> Option<Endpoint> {
         match self {
             Self::RenderPass(_, subpasses) => subpasses.first().map(|own| own.place),
-            Self::Commands(own) => Some(own.pass.place),
+            Self::Commands(own) => Some(own.pass.name),
             Self::Presentation | Self::HandOver(_) => None,
         }
     }

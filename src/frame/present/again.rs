@@ -1,8 +1,8 @@
-//! The last picture once more: panels and messages over it change more often than the picture does, which may take a CPU device seconds.
+//! Shows the last picture again: panels and messages over it change more often than the picture, which may take a CPU device seconds to draw.
 //!
-//! A picture that PRESENT copies stays in an image of the frame's own ([`Presenter::with_kept_pictures`]). [`Presenter::show_again`] repeats that copy
-//! and the steps after it, in a submission of its own. The rows of a whole frame order it: the row before PRESENT made the picture visible to copies
-//! of all later commands, and the row that lets the next frame draw over the picture waits for all earlier copies. [`crate::frame::proof`] has such
+//! A picture that PRESENT copies stays in the frame's own image ([`Presenter::with_kept_pictures`]). [`Presenter::show_again`] repeats that copy and
+//! the later steps in a separate submission. The rows of a whole frame order it: the row before PRESENT made the picture visible to copies of all
+//! later commands, and the row that lets the next frame draw over the picture waits for all earlier copies. The crate `afterlight-proof` checks such
 //! frames.
 
 use std::sync::Arc;

@@ -1,4 +1,4 @@
-//! Frames for the window and the settings as they are: at once, or in a thread of their own while the old ones go on.
+//! Makes frames that fit the window and the settings: at once, or in a background thread while the old frames go on.
 
 use ash::vk;
 
@@ -15,11 +15,11 @@ use crate::scene::{Scene, Settings};
 /// The outcome of asking for other frames.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FitOutcome {
-    /// They are there, as another thread has made them.
+    /// The new frames are ready; another thread made them.
     Taken,
-    /// They are there, made by the thread that asked.
+    /// The new frames are ready; the calling thread made them.
     AtOnce,
-    /// They are being made, and those before go on.
+    /// The new frames are being made, and the old ones go on.
     Pending,
     /// The window has no pixels.
     Nothing,
@@ -38,9 +38,9 @@ impl Presenter {
         Ok(self.fit_with(scene, settings, size, begun.map(Rebuild::wait))? != FitOutcome::Nothing)
     }
 
-    /// The same for a window and a surface that are as they were. Another thread makes the parts for which a driver's compiler takes its time:
-    /// meanwhile, [`FitOutcome::Pending`], frames go on as they were, and once `wake` has been called the next call takes the new ones. Another scene
-    /// than before is fitted at once, as a device may not hold two.
+    /// Variant of [`Presenter::fit`] for an unchanged window and surface. Another thread makes the parts for which a driver's compiler takes long.
+    /// Meanwhile it returns [`FitOutcome::Pending`] and frames go on as they were; once `wake` has been called, the next call adopts the new ones. A
+    /// new scene is fitted at once, as a device may not hold two.
     ///
     /// # Errors
     /// As [`Presenter::fit`].
@@ -50,7 +50,7 @@ impl Presenter {
             return Ok(FitOutcome::Pending);
         }
         if self.rebuild.as_ref().is_none_or(|rebuild| rebuild.begun.changes != self.changes) {
-            // These frames are of settings that are not asked for any more.
+            // These frames have outdated settings.
             self.rebuild = None;
             let begun = Begun::new(self.changes, scene, settings);
             self.rebuild = self.builders(scene, settings)?.and_then(|builders| Rebuild::start(begun, builders, wake));
@@ -72,8 +72,8 @@ impl Presenter {
         self.rebuild.as_mut().is_some_and(Rebuild::is_done)
     }
 
-    /// Returns the work that another thread can make into the frames that are asked for: the window's own, and those beside. None if it must be done
-    /// at once, or nothing is to be made.
+    /// Returns the builders with which another thread can make the requested renderers: the window's own, and the one of the view beside. Returns
+    /// none if the work must be done at once, or nothing has to be made.
     fn builders(&self, scene: &Scene, settings: &Settings) -> Result<Option<[Option<RendererBuilder>; 2]>, Error> {
         let (Some(surface), Some(shown), Some(swapchain)) = (&self.surface, &self.renderer, &self.swapchain) else {
             return Ok(None);
@@ -102,7 +102,7 @@ impl Presenter {
         Ok((own.is_some() || beside.is_some()).then_some([own, beside]))
     }
 
-    /// Takes those renderers that were made for these settings, and makes the others.
+    /// Adopts the renderers that were made for these settings, and makes the others.
     fn fit_with(
         &mut self,
         scene: &Scene,
@@ -111,7 +111,7 @@ impl Presenter {
         mut made: Option<Rebuilt>,
     ) -> Result<FitOutcome, Error> {
         let own = match made.as_mut().and_then(|made| made.own.take()).transpose() {
-            // More memory is free without the old frames, and without those made beside.
+            // Dropping the old renderers, and the one made beside, frees memory for another attempt.
             Err(error) if is_for_memory(&error) => {
                 made = None;
                 None
@@ -168,7 +168,7 @@ impl Presenter {
         Ok(if taken { FitOutcome::Taken } else { FitOutcome::AtOnce })
     }
 
-    /// A swapchain for the window as it is, and the settings and the plan of frames of its size. None while it has no pixels.
+    /// Makes a swapchain for the window, and returns the settings and the plan of frames of its size. Returns none while the window has no pixels.
     fn fit_swapchain(&mut self, scene: &Scene, settings: &Settings) -> Result<Option<(Settings, FramePlan)>, Error> {
         loop {
             let Some(surface) = &self.surface else { return Ok(None) };
@@ -180,7 +180,7 @@ impl Presenter {
             let plan = plan_for(&self.device, scene, &settings)?;
             let before = (self.desc.images, self.desc.usage);
             let (images, usage) = (self.wish_for(&plan), desc_for(&plan).usage);
-            // Frames of other settings may need other images than those before. That need does not depend on their size.
+            // New settings may need a swapchain with other images. That need does not depend on their size.
             self.desc = SwapchainDesc { images, usage, ..self.desc };
             if swapchain.formats.by_shader || (images, usage) == before {
                 return Ok(Some((settings, plan.presented_as(target))));
@@ -207,12 +207,12 @@ impl Presenter {
         Ok(())
     }
 
-    /// Fits the overlay and ENCODE to the images as they are, and drops those that do not fit.
+    /// Fits the overlay and ENCODE to the swapchain's images, and drops whichever does not fit.
     fn fit_over(&mut self) -> Result<(), Error> {
         let (Some(swapchain), Some(renderer)) = (&self.swapchain, &self.renderer) else { return Ok(()) };
         let encoded = encoded_image(renderer, self.beside_kept.as_ref());
         let over = Over::of(renderer, encoded, swapchain, self.desc.images);
-        // Taken out first: an overlay that could not be fitted is gone, and not drawn with.
+        // Taken out first, so that an overlay that could not be fitted is dropped, not drawn.
         let overlay = self.overlay.take().filter(|own| {
             own.form() == (over.format, over.uploads.layouts, over.uploads.sync) && self.changed.is_none()
         });

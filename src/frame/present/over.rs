@@ -72,7 +72,7 @@ impl Over {
     }
 }
 
-/// Sees to it that there is an overlay where there are panels, and nowhere else, and that it has what this frame in flight shows.
+/// Creates the overlay if there are panels, drops it otherwise, and writes this frame's panels into it.
 pub(super) fn overlay(
     device: &Arc<Device>,
     overlay: &mut Option<OverlayPass>,

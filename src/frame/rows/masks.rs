@@ -11,7 +11,7 @@ const FETCHES_INDICES: S = S::from_raw(S::VERTEX_INPUT.as_raw() | S::INDEX_INPUT
 const FETCHES_VERTICES: S = S::from_raw(S::VERTEX_INPUT.as_raw() | S::VERTEX_ATTRIBUTE_INPUT.as_raw());
 
 /// "Supported access types" of the specification, for the accesses that rows name.
-pub(in crate::frame) const SUPPORTED: &[(A, S)] = &[
+pub const SUPPORTED: &[(A, S)] = &[
     (A::INDIRECT_COMMAND_READ, S::DRAW_INDIRECT),
     (A::INDEX_READ, FETCHES_INDICES),
     (A::VERTEX_ATTRIBUTE_READ, FETCHES_VERTICES),
@@ -45,7 +45,8 @@ const DRAWING: [S; 8] = [
     S::COLOR_ATTACHMENT_OUTPUT,
 ];
 
-/// Removes the stages that wrote nothing and are logically earlier than another one of the mask: a first scope includes those anyway.
+/// Removes stages that wrote nothing and are logically earlier than another stage of the mask: a first scope includes logically earlier stages
+/// anyway.
 pub(super) fn latest(mask: Use) -> Use {
     let writes = |stage: S| SUPPORTED.iter().any(|(access, by)| mask.access.contains(*access) && by.contains(stage));
     let stages = DRAWING.iter().enumerate().fold(mask.stage, |stages, (index, &stage)| {
@@ -56,7 +57,7 @@ pub(super) fn latest(mask: Use) -> Use {
 }
 
 /// The mask less some bits, and less the accesses that no stage that is left supports. `None` when no stage is left.
-pub(super) fn without(mask: Use, bits: Use) -> Option<Use> {
+pub fn without(mask: Use, bits: Use) -> Option<Use> {
     let stage = mask.stage & !bits.stage;
     let supported = SUPPORTED.iter().filter(|(_, stages)| stage.intersects(*stages));
     let supported = supported.fold(A::empty(), |all, (access, _)| all | *access);
@@ -64,7 +65,7 @@ pub(super) fn without(mask: Use, bits: Use) -> Option<Use> {
 }
 
 /// Each stage and each access by itself. The ends of the pipeline, which do nothing, are none.
-pub(super) fn bits(mask: Use) -> impl Iterator<Item = Use> {
+pub fn bits(mask: Use) -> impl Iterator<Item = Use> {
     let ends = S::TOP_OF_PIPE | S::BOTTOM_OF_PIPE;
     let each = |raw: u64| (0..u64::BITS).map(|bit| 1 << bit).filter(move |bit| raw & bit != 0);
     let stages = each((mask.stage & !ends).as_raw()).map(|bit| Use::new(S::from_raw(bit), A::empty()));

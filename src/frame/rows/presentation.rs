@@ -1,15 +1,15 @@
-//! The rows of frames that a window shows, besides those of other frames: two semaphores, and the passes over the picture.
+//! Rows that presentation adds to a window's frames: two semaphores, and the passes over the picture.
 //!
-//! Within a frame the swapchain's image is as any output, but for its row from OUTSIDE: instead of for COPY, it waits for the stage at which the
+//! Within a frame the swapchain's image is like any output, except for its row from OUTSIDE: that waits not for COPY, but for the stage at which the
 //! semaphore of the acquired image lets the frame go on ([`ATTACH`], [`BEGIN`]). The image's layout changes before the first write and after that
 //! stage, and so after presentation has read the image: the two make a chain.
 //!
-//! Where no hardware encodes the swapchain's images, the picture is one of the frame's own, as without a window, and lies between passes as it
-//! does there, to be copied. Then ENCODE alone touches the swapchain's image.
+//! If no hardware encodes the swapchain's images, the picture is the frame's own image, in the same layout between passes as without a window, to be
+//! copied. Only ENCODE then touches the swapchain's image.
 
 use ash::vk;
 
-use super::{PassName, Row, RowName, Rows, SyncKind, barrier, row, waits};
+use super::{Endpoint, Row, RowName, Rows, SyncKind, barrier, row, waits};
 use crate::frame::list::Step;
 use crate::gpu::UploadOrder;
 use crate::gpu::sync::{DEVICE_ACCESS, Use};
@@ -18,23 +18,24 @@ use crate::passes::present::{ATTACH, BEGIN, WRITE};
 use crate::passes::{Resource, copy, encode, overlay, present, split};
 use crate::plan::{FramePlan, PresentTarget};
 
+#[allow(missing_docs, reason = "a name says which row, and the row itself says why it is there")]
 impl RowName {
-    pub(crate) const ACQUIRE: Self = Self::Own("acquire");
-    pub(crate) const PRESENT: Self = Self::Own("present");
-    pub(crate) const SWAPCHAIN_TO_PRESENT: Self = Self::Own("swapchain-to-present");
-    pub(crate) const PRESENT_TO_SWAPCHAIN: Self = Self::Own("present-to-swapchain");
-    pub(crate) const PICTURE_TO_SPLIT: Self = Self::Own("picture-to-split");
-    pub(crate) const SPLIT_TO_PICTURE: Self = Self::Own("split-to-picture");
-    pub(crate) const PICTURE_TO_COPY: Self = Self::Own("picture-to-copy");
-    pub(crate) const COPY_TO_PICTURE: Self = Self::Own("copy-to-picture");
-    pub(crate) const PICTURE_TO_OVERLAY: Self = Self::Own("picture-to-overlay");
-    pub(crate) const OVERLAY_TO_PICTURE: Self = Self::Own("overlay-to-picture");
-    pub(crate) const PICTURE_TO_ENCODE: Self = Self::Own("picture-to-encode");
-    pub(crate) const SWAPCHAIN_TO_ENCODE: Self = Self::Own("swapchain-to-encode");
-    pub(crate) const ENCODE_TO_PICTURE: Self = Self::Own("encode-to-picture");
-    pub(crate) const ENCODE_TO_SWAPCHAIN: Self = Self::Own("encode-to-swapchain");
-    pub(crate) const PANEL_TO_COPY: Self = Self::Own("panel-to-copy");
-    pub(crate) const UPLOAD_TO_PANELS: Self = Self::Own("upload-to-panels");
+    pub const ACQUIRE: Self = Self::Own("acquire");
+    pub const PRESENT: Self = Self::Own("present");
+    pub const SWAPCHAIN_TO_PRESENT: Self = Self::Own("swapchain-to-present");
+    pub const PRESENT_TO_SWAPCHAIN: Self = Self::Own("present-to-swapchain");
+    pub const PICTURE_TO_SPLIT: Self = Self::Own("picture-to-split");
+    pub const SPLIT_TO_PICTURE: Self = Self::Own("split-to-picture");
+    pub const PICTURE_TO_COPY: Self = Self::Own("picture-to-copy");
+    pub const COPY_TO_PICTURE: Self = Self::Own("copy-to-picture");
+    pub const PICTURE_TO_OVERLAY: Self = Self::Own("picture-to-overlay");
+    pub const OVERLAY_TO_PICTURE: Self = Self::Own("overlay-to-picture");
+    pub const PICTURE_TO_ENCODE: Self = Self::Own("picture-to-encode");
+    pub const SWAPCHAIN_TO_ENCODE: Self = Self::Own("swapchain-to-encode");
+    pub const ENCODE_TO_PICTURE: Self = Self::Own("encode-to-picture");
+    pub const ENCODE_TO_SWAPCHAIN: Self = Self::Own("encode-to-swapchain");
+    pub const PANEL_TO_COPY: Self = Self::Own("panel-to-copy");
+    pub const UPLOAD_TO_PANELS: Self = Self::Own("upload-to-panels");
 }
 
 const READ_BY_PRESENTATION: vk::ImageLayout = vk::ImageLayout::PRESENT_SRC_KHR;
@@ -46,7 +47,7 @@ const SAMPLED: vk::ImageLayout = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
 /// The passes that may lie over the picture come one after the other, each present or not: one ends with TRANSFER and the next begins with it.
 pub(super) const IN_TURN: Use = Use::new(vk::PipelineStageFlags2::TRANSFER, vk::AccessFlags2::empty());
 
-/// None where nothing is presented.
+/// Returns no rows if nothing is presented.
 pub(super) fn rows(plan: &FramePlan, steps: &[Step]) -> Vec<Row> {
     let mut rows = match plan.presented {
         None => return Vec::new(),
@@ -55,21 +56,21 @@ pub(super) fn rows(plan: &FramePlan, steps: &[Step]) -> Vec<Row> {
     };
     rows.extend([
         barrier(RowName::PANEL_TO_COPY, vk::ImageLayout::UNDEFINED, WRITTEN)
-            .from(PassName::OUTSIDE, &[Use::START])
-            .to(PassName::UPLOAD, &[COPY_WRITE])
+            .from(Endpoint::OUTSIDE, &[Use::START])
+            .to(Endpoint::UPLOAD, &[COPY_WRITE])
             .because(
                 "only while panels are shown: each change of a texture is a new image, whose layout changes before \
                  the write",
             ),
         barrier(RowName::UPLOAD_TO_PANELS, WRITTEN, SAMPLED)
-            .from(PassName::UPLOAD, &[COPY_WRITE])
-            .to(overlay::PASS.place, &[overlay::TEXTURE_READ])
+            .from(Endpoint::UPLOAD, &[COPY_WRITE])
+            .to(overlay::PASS.name, &[overlay::TEXTURE_READ])
             .because("only while panels are shown: OVERLAY samples what was copied"),
     ]);
     rows.push(
         row(RowName::PRESENT, SyncKind::Semaphore)
-            .from(PassName::DEVICE, &[DEVICE_ACCESS])
-            .to(PassName::PRESENTATION, &[Use::END])
+            .from(Endpoint::DEVICE, &[DEVICE_ACCESS])
+            .to(Endpoint::PRESENTATION, &[Use::END])
             .because(
                 "presentation reads the image when the frame is done; a semaphore makes all that was written \
                  available, and presentation sees it by itself",
@@ -78,9 +79,9 @@ pub(super) fn rows(plan: &FramePlan, steps: &[Step]) -> Vec<Row> {
     rows
 }
 
-fn acquire((first, first_use): (PassName, Use), why: &'static str) -> Row {
+fn acquire((first, first_use): (Endpoint, Use), why: &'static str) -> Row {
     row(RowName::ACQUIRE, SyncKind::Semaphore)
-        .from(PassName::PRESENTATION, &[Use::START])
+        .from(Endpoint::PRESENTATION, &[Use::START])
         .to(first, &[first_use])
         .because(why)
 }
@@ -89,7 +90,7 @@ fn acquire((first, first_use): (PassName, Use), why: &'static str) -> Row {
 fn straight(plan: &FramePlan, steps: &[Step]) -> Vec<Row> {
     let drawn = waits::first_user(plan, steps, Resource::Target(plan.picture()));
     let first = match drawn.filter(|_| !plan.is_copied_to_be_shown()) {
-        None => (present::PASS.place, BEGIN),
+        None => (present::PASS.name, BEGIN),
         Some(first) => (first, ATTACH),
     };
     let why =
@@ -99,13 +100,13 @@ fn straight(plan: &FramePlan, steps: &[Step]) -> Vec<Row> {
         rows.extend([
             // ANCHOR: swapchain-image
             barrier(RowName::SWAPCHAIN_TO_PRESENT, vk::ImageLayout::UNDEFINED, WRITTEN)
-                .from(PassName::OUTSIDE, &[BEGIN])
-                .to(present::PASS.place, &[WRITE])
+                .from(Endpoint::OUTSIDE, &[BEGIN])
+                .to(present::PASS.name, &[WRITE])
                 .because("the image's layout changes when it is acquired, before PRESENT writes all of it"),
             // ANCHOR_END: swapchain-image
             barrier(RowName::PRESENT_TO_SWAPCHAIN, WRITTEN, READ_BY_PRESENTATION)
-                .from(present::PASS.place, &[WRITE])
-                .to(PassName::PRESENTATION, &[IN_TURN])
+                .from(present::PASS.name, &[WRITE])
+                .to(Endpoint::PRESENTATION, &[IN_TURN])
                 .because(
                     "presentation reads the image in its own layout, and sees it by the semaphore; OVERLAY before it \
                      waits for TRANSFER",
@@ -115,42 +116,42 @@ fn straight(plan: &FramePlan, steps: &[Step]) -> Vec<Row> {
     // Each of these may be there or not, and leaves the image to the next one by TRANSFER.
     rows.extend([
         barrier(RowName::PICTURE_TO_SPLIT, READ_BY_PRESENTATION, WRITTEN)
-            .from(PassName::OUTSIDE, &[IN_TURN])
-            .to(split::PASS.place, &[split::WRITE])
+            .from(Endpoint::OUTSIDE, &[IN_TURN])
+            .to(split::PASS.name, &[split::WRITE])
             .because(
                 "only while the window is split: the layout changes when the picture is there, which a row before \
                  this orders before TRANSFER, and SPLIT writes a part of it",
             ),
         barrier(RowName::SPLIT_TO_PICTURE, WRITTEN, READ_BY_PRESENTATION)
-            .from(split::PASS.place, &[split::WRITE])
-            .to(PassName::PRESENTATION, &[IN_TURN])
+            .from(split::PASS.name, &[split::WRITE])
+            .to(Endpoint::PRESENTATION, &[IN_TURN])
             .because(
                 "only while the window is split: the layout changes back when SPLIT has written, before COPY and \
                  OVERLAY, which wait for TRANSFER",
             ),
         barrier(RowName::PICTURE_TO_COPY, READ_BY_PRESENTATION, COPIED)
-            .from(PassName::OUTSIDE, &[IN_TURN])
-            .to(copy::PASS.place, &[copy::READ])
+            .from(Endpoint::OUTSIDE, &[IN_TURN])
+            .to(copy::PASS.name, &[copy::READ])
             .because(
                 "only for a screenshot: the layout changes when the picture is there, which a row before this orders \
                  before TRANSFER",
             ),
         barrier(RowName::COPY_TO_PICTURE, COPIED, READ_BY_PRESENTATION)
-            .from(copy::PASS.place, &[copy::READ])
-            .to(PassName::PRESENTATION, &[IN_TURN])
+            .from(copy::PASS.name, &[copy::READ])
+            .to(Endpoint::PRESENTATION, &[IN_TURN])
             .because(
                 "only for a screenshot: the layout changes back when the image is copied, before OVERLAY, which \
                  waits for TRANSFER",
             ),
         barrier(RowName::PICTURE_TO_OVERLAY, READ_BY_PRESENTATION, DRAWN_INTO)
-            .from(PassName::OUTSIDE, &[IN_TURN])
-            .to(overlay::PASS.place, &[overlay::BLEND])
+            .from(Endpoint::OUTSIDE, &[IN_TURN])
+            .to(overlay::PASS.name, &[overlay::BLEND])
             .because(
                 "only while panels are shown: the picture is whole, for a copy or not, when OVERLAY blends over it",
             ),
         barrier(RowName::OVERLAY_TO_PICTURE, DRAWN_INTO, READ_BY_PRESENTATION)
-            .from(overlay::PASS.place, &[overlay::BLEND.writes()])
-            .to(PassName::PRESENTATION, &[Use::END])
+            .from(overlay::PASS.name, &[overlay::BLEND.writes()])
+            .to(Endpoint::PRESENTATION, &[Use::END])
             .because("only while panels are shown: the layout changes back when OVERLAY has drawn"),
     ]);
     rows
@@ -160,72 +161,72 @@ fn straight(plan: &FramePlan, steps: &[Step]) -> Vec<Row> {
 fn encoded(plan: &FramePlan) -> Vec<Row> {
     let mut rows = vec![
         acquire(
-            (encode::PASS.place, ATTACH),
+            (encode::PASS.name, ATTACH),
             "presentation may still read the image when the frame is recorded; all that writes colours waits, though ENCODE alone needs the image",
         ),
         // As above, but that COPY takes the picture as it lies.
         barrier(RowName::PICTURE_TO_SPLIT, COPIED, WRITTEN)
-            .from(PassName::OUTSIDE, &[IN_TURN])
-            .to(split::PASS.place, &[split::WRITE])
+            .from(Endpoint::OUTSIDE, &[IN_TURN])
+            .to(split::PASS.name, &[split::WRITE])
             .because(
                 "only while the window is split: the layout changes when the picture is there, which a row before \
                  this orders before TRANSFER, and SPLIT writes a part of it",
             ),
         barrier(RowName::SPLIT_TO_PICTURE, WRITTEN, COPIED)
-            .from(split::PASS.place, &[split::WRITE])
-            .to(PassName::OUTSIDE, &[copy::READ])
+            .from(split::PASS.name, &[split::WRITE])
+            .to(Endpoint::OUTSIDE, &[copy::READ])
             .because(
                 "only while the window is split: COPY reads what SPLIT has written; OVERLAY and ENCODE wait for \
                  TRANSFER",
             ),
         barrier(RowName::PICTURE_TO_OVERLAY, COPIED, DRAWN_INTO)
-            .from(PassName::OUTSIDE, &[IN_TURN])
-            .to(overlay::PASS.place, &[overlay::BLEND])
+            .from(Endpoint::OUTSIDE, &[IN_TURN])
+            .to(overlay::PASS.name, &[overlay::BLEND])
             .because(
                 "only while panels are shown: the picture is whole, and copied where that was asked for, when \
                  OVERLAY blends over it",
             ),
         barrier(RowName::OVERLAY_TO_PICTURE, DRAWN_INTO, COPIED)
-            .from(overlay::PASS.place, &[overlay::BLEND.writes()])
-            .to(PassName::OUTSIDE, &[IN_TURN])
+            .from(overlay::PASS.name, &[overlay::BLEND.writes()])
+            .to(Endpoint::OUTSIDE, &[IN_TURN])
             .because(
                 "only while panels are shown: the layout changes back when OVERLAY has drawn, before ENCODE, which \
                  waits for TRANSFER",
             ),
         barrier(RowName::PICTURE_TO_ENCODE, COPIED, SAMPLED)
-            .from(PassName::OUTSIDE, &[IN_TURN])
-            .to(encode::PASS.place, &[encode::READ])
+            .from(Endpoint::OUTSIDE, &[IN_TURN])
+            .to(encode::PASS.name, &[encode::READ])
             .because(
                 "ENCODE reads the picture with all that lies over it, and when it is copied where that was asked for",
             ),
         barrier(RowName::SWAPCHAIN_TO_ENCODE, vk::ImageLayout::UNDEFINED, DRAWN_INTO)
-            .from(PassName::PRESENTATION, &[ATTACH])
-            .to(encode::PASS.place, &[encode::WRITE])
+            .from(Endpoint::PRESENTATION, &[ATTACH])
+            .to(encode::PASS.name, &[encode::WRITE])
             .because("the image's layout changes when it is acquired, before ENCODE writes all of it"),
         barrier(RowName::ENCODE_TO_PICTURE, SAMPLED, COPIED)
-            .from(encode::PASS.place, &[encode::READ])
-            .to(PassName::OUTSIDE, &[IN_TURN])
+            .from(encode::PASS.name, &[encode::READ])
+            .to(Endpoint::OUTSIDE, &[IN_TURN])
             .because(
                 "the next frame draws its picture over this one when ENCODE has read it: that waits for TRANSFER, as \
                  for a copy",
             ),
         barrier(RowName::ENCODE_TO_SWAPCHAIN, DRAWN_INTO, READ_BY_PRESENTATION)
-            .from(encode::PASS.place, &[encode::WRITE])
-            .to(PassName::PRESENTATION, &[Use::END])
+            .from(encode::PASS.name, &[encode::WRITE])
+            .to(Endpoint::PRESENTATION, &[Use::END])
             .because("presentation reads the image in its own layout, and sees it by the semaphore"),
     ];
     if plan.is_copied_to_be_shown() {
         rows.extend([
             barrier(RowName::SWAPCHAIN_TO_PRESENT, vk::ImageLayout::UNDEFINED, WRITTEN)
-                .from(PassName::OUTSIDE, &[BEGIN])
-                .to(present::PASS.place, &[WRITE])
+                .from(Endpoint::OUTSIDE, &[BEGIN])
+                .to(present::PASS.name, &[WRITE])
                 .because(
                     "the layout of the image that ENCODE reads changes when the last ENCODE has read it, which waits \
                      for TRANSFER, and before PRESENT writes all of it",
                 ),
             barrier(RowName::PRESENT_TO_SWAPCHAIN, WRITTEN, COPIED)
-                .from(present::PASS.place, &[WRITE])
-                .to(PassName::OUTSIDE, &[copy::READ])
+                .from(present::PASS.name, &[WRITE])
+                .to(Endpoint::OUTSIDE, &[copy::READ])
                 .because("COPY reads what PRESENT has written; SPLIT, OVERLAY and ENCODE wait for TRANSFER"),
         ]);
     }
@@ -262,7 +263,7 @@ mod tests {
         all.into_iter().filter(|(_, plan)| [OUTPUT_SRGB, OUTPUT_PLAIN].contains(&plan.output))
     }
 
-    /// The same as a window has them whose images are drawn into straight.
+    /// Plans of the pictures, drawn straight into a window's images.
     fn each_plan(check: impl Fn(&str, &FramePlan, &Rows)) {
         for (name, plan) in pictures() {
             let format = if plan.is_tiled() { vk::Format::B8G8R8A8_UNORM } else { vk::Format::B8G8R8A8_SRGB };

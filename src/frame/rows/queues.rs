@@ -5,7 +5,7 @@
 
 use ash::vk::AccessFlags2 as A;
 
-use super::{PassName, Row, RowName, Rows, SyncKind, row};
+use super::{Endpoint, Row, RowName, Rows, SyncKind, row};
 use crate::frame::list::{HandOver, Step};
 use crate::gpu::barrier::Half;
 use crate::gpu::sync::{DEVICE_ACCESS, Use};
@@ -13,14 +13,15 @@ use crate::gpu::upload::{COPY_WRITE, LEVEL_WRITE};
 use crate::gpu::{Queue, UploadHandover};
 use crate::plan::FramePlan;
 
+#[allow(missing_docs, reason = "a name says which row, and the row itself says why it is there")]
 impl RowName {
     /// Copies are over on the transfer queue.
-    pub(crate) const FROM_TRANSFER_QUEUE: Self = Self::Own("from-transfer-queue");
+    pub const FROM_TRANSFER_QUEUE: Self = Self::Own("from-transfer-queue");
     /// What was copied there.
-    pub(crate) const GIVEN_BY_TRANSFER_QUEUE: Self = Self::Own("given-by-transfer-queue");
+    pub const GIVEN_BY_TRANSFER_QUEUE: Self = Self::Own("given-by-transfer-queue");
 
     /// The semaphore from one queue to another.
-    pub(crate) const fn semaphore(queues: [Queue; 2]) -> Self {
+    pub const fn semaphore(queues: [Queue; 2]) -> Self {
         match queues {
             [Queue::Transfer, _] => Self::FROM_TRANSFER_QUEUE,
             [Queue::Compute, _] => Self::Own("from-compute-queue"),
@@ -29,7 +30,7 @@ impl RowName {
     }
 
     /// The ownership transfer from one queue to another.
-    pub(crate) const fn ownership(queues: [Queue; 2]) -> Self {
+    pub const fn ownership(queues: [Queue; 2]) -> Self {
         match queues {
             [Queue::Transfer, _] => Self::GIVEN_BY_TRANSFER_QUEUE,
             [Queue::Compute, _] => Self::Own("given-by-compute-queue"),
@@ -43,14 +44,14 @@ const fn stages(uses: Use) -> Use {
     Use::new(uses.stage, A::empty())
 }
 
-fn semaphore(queues: [Queue; 2], [from, to]: [PassName; 2], waits: Use, why: &str) -> Row {
+fn semaphore(queues: [Queue; 2], [from, to]: [Endpoint; 2], waits: Use, why: &str) -> Row {
     row(RowName::semaphore(queues), SyncKind::QueueSemaphore)
         .from(from, &[DEVICE_ACCESS])
         .to(to, &[stages(waits)])
         .because(why)
 }
 
-/// Those of a plan's frames.
+/// Rows of a plan's frames.
 pub(super) fn rows(steps: &[Step]) -> Vec<Row> {
     let acquires = steps.iter().filter_map(|step| match step {
         Step::HandOver(own) if own.half == Half::Acquire => Some(own),
@@ -84,18 +85,18 @@ fn of_frame(own: &HandOver) -> [Row; 2] {
     [waits, given]
 }
 
-/// Those of uploads by the transfer queue.
+/// Rows of uploads by the transfer queue.
 pub(super) fn of_uploads(plan: &FramePlan) -> Vec<Row> {
     let uploads = plan.uploads;
     if !plan.queues.transfer || !(uploads.textures || uploads.vertices || uploads.volumes) {
         return Vec::new();
     }
-    let (queues, ends) = ([Queue::Transfer, Queue::Graphics], [PassName::UPLOAD, PassName::UPLOAD]);
+    let (queues, ends) = ([Queue::Transfer, Queue::Graphics], [Endpoint::UPLOAD, Endpoint::UPLOAD]);
     // Blits write levels that the other queue has brought into the layout for that.
     let next = if uploads.mip_levels { LEVEL_WRITE } else { stages(COPY_WRITE) };
     let given = row(RowName::ownership(queues), SyncKind::Ownership(queues))
-        .from(PassName::UPLOAD, &[COPY_WRITE])
-        .to(PassName::UPLOAD, &[next])
+        .from(Endpoint::UPLOAD, &[COPY_WRITE])
+        .to(Endpoint::UPLOAD, &[next])
         .because(
             "the queue that reads buffers and textures owns them when they are copied: its own rows go on from here",
         );

@@ -3,7 +3,7 @@
 use super::{Row, Rows};
 use crate::frame::list;
 use crate::gpu::vk;
-use crate::passes::{PassName, Presence};
+use crate::passes::{Endpoint, Presence};
 use crate::plan::effect::FormerRow;
 use crate::plan::effects::EFFECTS;
 use crate::plan::{Encoding, FramePlan, PresentTarget, Transfer};
@@ -33,7 +33,7 @@ const FORMER_ROWS: &[FormerRow] = &[
     ("picture-to-tone", &["*-to-tone"]),
 ];
 
-/// All former names. An effect declares the former names of its own rows.
+/// All former row names. Each effect declares former names of the rows that it owns.
 fn former_rows() -> impl Iterator<Item = &'static FormerRow> {
     FORMER_ROWS.iter().chain(EFFECTS.iter().flat_map(|effect| effect.former_rows))
 }
@@ -41,7 +41,7 @@ fn former_rows() -> impl Iterator<Item = &'static FormerRow> {
 /// The passes that draw light or the picture, the last first: a former row that followed whichever came last is today's row of the first of these that has one.
 fn last_draws() -> impl Iterator<Item = String> {
     let draws: Vec<&str> = EFFECTS.iter().flat_map(|effect| effect.draws).copied().chain(DRAWS).collect();
-    let passes = list::passes().into_iter().rev().map(|pass| spelled(pass.place));
+    let passes = list::passes().into_iter().rev().map(|pass| spelled(pass.name));
     passes.filter(move |pass| draws.contains(&pass.as_str()))
 }
 
@@ -72,15 +72,15 @@ pub fn lack(plan: &FramePlan, name: &str) -> Option<String> {
     let own = former_rows().find(|(former, _)| *former == name).map_or(name, |(_, patterns)| patterns[0]);
     let (from, to) = own.split_once("-to-").or(own.strip_suffix("-reuse").map(|to| ("", to)))?;
     [from, to].into_iter().find_map(|one| {
-        let pass = list::passes().into_iter().find(|pass| spelled(pass.place) == one)?;
+        let pass = list::passes().into_iter().find(|pass| spelled(pass.name) == one)?;
         match (pass.presence)(plan) {
-            Presence::Out(why) => Some(format!("no {} pass ({why})", pass.place)),
+            Presence::Out(why) => Some(format!("no {} pass ({why})", pass.name)),
             Presence::In(_) => None,
         }
     })
 }
 
-/// The same frames in a window, in each way for a picture to come there.
+/// Variants of a plan in a window, one for each way in which a picture gets there.
 pub fn in_windows(plan: &FramePlan) -> [FramePlan; 3] {
     let format = vk::Format::B8G8R8A8_SRGB;
     let encoding = Encoding { transfer: Transfer::Srgb, headroom: 1.0 };
@@ -89,7 +89,7 @@ pub fn in_windows(plan: &FramePlan) -> [FramePlan; 3] {
 }
 
 /// A place as rows' names have it: `ao-denoise`.
-pub(super) fn spelled(place: PassName) -> String {
+pub(super) fn spelled(place: Endpoint) -> String {
     place.name().to_lowercase().replace('_', "-")
 }
 
@@ -102,7 +102,7 @@ mod tests {
     /// The pass that a former name spoke of, where it did so: `light-to-taa` of TAA.
     fn reader(name: &str) -> Option<&str> {
         let (_, to) = name.split_once("-to-")?;
-        list::passes().iter().any(|pass| spelled(pass.place) == to).then_some(to)
+        list::passes().iter().any(|pass| spelled(pass.name) == to).then_some(to)
     }
 
     #[test]

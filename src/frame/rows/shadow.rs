@@ -2,18 +2,19 @@
 
 use ash::vk;
 
-use super::{PassName, Row, RowName, Rows, barrier, waits};
+use super::{Endpoint, Row, RowName, Rows, barrier, waits};
 use crate::frame::list::{Step, StepList, Subpass};
 use crate::gpu::sync::Use;
 use crate::gpu_scene::{ATLAS_LAYOUT, ClearOrder, ClearOrders, TINT_LAYOUT, shadow_clear};
 use crate::passes::{Resource, ResourceUse, shadow, tint};
 use crate::plan::FramePlan;
 
+#[allow(missing_docs, reason = "a name says which row, and the row itself says why it is there")]
 impl RowName {
-    pub(crate) const SHADOW_ATLAS_TO_CLEAR: Self = Self::Own("shadow-atlas-to-clear");
-    pub(crate) const CLEAR_TO_SHADOW_MAPS: Self = Self::Own("clear-to-shadow-maps");
-    pub(crate) const SHADOW_TINTS_TO_CLEAR: Self = Self::Own("shadow-tints-to-clear");
-    pub(crate) const CLEAR_TO_SHADOW_TINTS: Self = Self::Own("clear-to-shadow-tints");
+    pub const SHADOW_ATLAS_TO_CLEAR: Self = Self::Own("shadow-atlas-to-clear");
+    pub const CLEAR_TO_SHADOW_MAPS: Self = Self::Own("clear-to-shadow-maps");
+    pub const SHADOW_TINTS_TO_CLEAR: Self = Self::Own("shadow-tints-to-clear");
+    pub const CLEAR_TO_SHADOW_TINTS: Self = Self::Own("clear-to-shadow-tints");
 }
 
 const CLEARED: vk::ImageLayout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
@@ -24,7 +25,7 @@ const OF_MAPS: ClearRows = [RowName::SHADOW_ATLAS_TO_CLEAR, RowName::CLEAR_TO_SH
 const OF_TINTS: ClearRows = [RowName::SHADOW_TINTS_TO_CLEAR, RowName::CLEAR_TO_SHADOW_TINTS];
 
 /// The images of a plan's maps, each with the rows of its clear.
-pub(in crate::frame) fn images(plan: &FramePlan) -> impl Iterator<Item = (Resource, ClearRows)> {
+pub fn images(plan: &FramePlan) -> impl Iterator<Item = (Resource, ClearRows)> {
     let planned = plan.shadow.as_ref();
     let tints = planned.filter(|own| own.tinted).map(|_| (Resource::SHADOW_TINTS, OF_TINTS));
     planned.map(|_| (Resource::SHADOW_MAPS, OF_MAPS)).into_iter().chain(tints)
@@ -32,7 +33,7 @@ pub(in crate::frame) fn images(plan: &FramePlan) -> impl Iterator<Item = (Resour
 
 /// The attachments of a render pass of maps with these subpasses: the images that they use. A map is a part of a layer that has others: it is readable
 /// before the first of its render passes and after the last.
-pub(in crate::frame) fn attachments(
+pub fn attachments(
     plan: &FramePlan,
     list: &StepList,
     listed: &[Subpass],
@@ -60,18 +61,18 @@ pub(in crate::frame) fn attachments(
     images(plan).filter_map(of).collect()
 }
 
-/// None where the plan has no maps.
+/// Returns no rows if the plan has no maps.
 pub(super) fn rows(plan: &FramePlan, steps: &[Step]) -> Vec<Row> {
     let clear = |(image, [before, after]): (Resource, ClearRows)| {
         let (layout, drawn, why) = match image {
             Resource::SHADOW_TINTS => (
                 TINT_LAYOUT,
-                (tint::PASS.place, tint::TINT_CLEAR),
+                (tint::PASS.name, tint::TINT_CLEAR),
                 "tints that no frame has drawn yet are sampled, or drawn by TINT, which waits for samplers",
             ),
             _ => (
                 ATLAS_LAYOUT,
-                (shadow::PASS.place, shadow::MAP_CLEAR),
+                (shadow::PASS.name, shadow::MAP_CLEAR),
                 "a map that no frame has drawn yet is sampled, or drawn by SHADOW, which waits for samplers",
             ),
         };
@@ -79,11 +80,11 @@ pub(super) fn rows(plan: &FramePlan, steps: &[Step]) -> Vec<Row> {
         let (reader, read) = waits::readers(plan, steps, image).unwrap_or(drawn);
         [
             barrier(before, vk::ImageLayout::UNDEFINED, CLEARED)
-                .from(PassName::OUTSIDE, &[Use::START])
-                .to(PassName::CLEAR, &[shadow_clear::WRITE])
+                .from(Endpoint::OUTSIDE, &[Use::START])
+                .to(Endpoint::CLEAR, &[shadow_clear::WRITE])
                 .because("the image is new: there is nothing to wait for, but its layout changes before the write"),
             barrier(after, CLEARED, layout)
-                .from(PassName::CLEAR, &[shadow_clear::WRITE])
+                .from(Endpoint::CLEAR, &[shadow_clear::WRITE])
                 .to(reader, &[read])
                 .because(why),
         ]

@@ -1,8 +1,8 @@
-//! The rows of uploads: from the copies out of staging buffers to what reads the scene.
+//! Rows of uploads: from the copies out of staging buffers to the first readers of the scene.
 
 use ash::vk;
 
-use super::{PassName, Row, RowName, Rows, SyncKind, barrier, row};
+use super::{Endpoint, Row, RowName, Rows, SyncKind, barrier, row};
 use crate::gpu::UploadOrder;
 use crate::gpu::sync::Use;
 use crate::gpu::upload::{BLIT_READ, COPY_WRITE, LEVEL_WRITE};
@@ -11,19 +11,20 @@ use crate::passes::{prefilter, skin};
 use crate::plan::FramePlan;
 use crate::scene::Passes;
 
+#[allow(missing_docs, reason = "a name says which row, and the row itself says why it is there")]
 impl RowName {
-    pub(crate) const UPLOAD_TO_VERTICES: Self = Self::Own("upload-to-vertices");
-    pub(crate) const TEXTURE_TO_COPY: Self = Self::Own("texture-to-copy");
-    pub(crate) const LEVEL_TO_BLIT: Self = Self::Own("level-to-blit");
-    pub(crate) const BLIT_TO_TEXTURES: Self = Self::Own("blit-to-textures");
-    pub(crate) const UPLOAD_TO_TEXTURES: Self = Self::Own("upload-to-textures");
+    pub const UPLOAD_TO_VERTICES: Self = Self::Own("upload-to-vertices");
+    pub const TEXTURE_TO_COPY: Self = Self::Own("texture-to-copy");
+    pub const LEVEL_TO_BLIT: Self = Self::Own("level-to-blit");
+    pub const BLIT_TO_TEXTURES: Self = Self::Own("blit-to-textures");
+    pub const UPLOAD_TO_TEXTURES: Self = Self::Own("upload-to-textures");
 }
 
 const WRITTEN: vk::ImageLayout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
 const BLITTED: vk::ImageLayout = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
 const READABLE: vk::ImageLayout = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
 
-/// Those that the plan uploads anything for.
+/// Rows for the kinds of data that the plan uploads.
 pub(super) fn rows(plan: &FramePlan) -> Vec<Row> {
     let mut rows = Vec::new();
     let uploads = plan.uploads;
@@ -34,8 +35,8 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Row> {
         let rest = if plan.deforms() { skin::SOURCE_READ } else { VERTEX_READ };
         rows.push(
             row(RowName::UPLOAD_TO_VERTICES, SyncKind::MemoryBarrier)
-                .from(PassName::UPLOAD, &[COPY_WRITE])
-                .to(PassName::DRAWS, &[VERTEX_READ, indices, rest, looked_up(VERTEX_READ)])
+                .from(Endpoint::UPLOAD, &[COPY_WRITE])
+                .to(Endpoint::DRAWS, &[VERTEX_READ, indices, rest, looked_up(VERTEX_READ)])
                 .because("draws fetch vertices and indices that were copied; the same barrier serves all buffers"),
         );
     }
@@ -45,23 +46,23 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Row> {
     if uploads.textures {
         rows.push(
             barrier(RowName::TEXTURE_TO_COPY, vk::ImageLayout::UNDEFINED, WRITTEN)
-                .from(PassName::OUTSIDE, &[Use::START])
-                .to(PassName::UPLOAD, &[first])
+                .from(Endpoint::OUTSIDE, &[Use::START])
+                .to(Endpoint::UPLOAD, &[first])
                 .because("the image is new: there is nothing to wait for, but its layout changes before the write"),
         );
     }
     if uploads.mip_levels {
         rows.push(
             barrier(RowName::LEVEL_TO_BLIT, WRITTEN, BLITTED)
-                .from(PassName::UPLOAD, &[LEVEL_WRITE])
-                .to(PassName::UPLOAD, &[BLIT_READ])
+                .from(Endpoint::UPLOAD, &[LEVEL_WRITE])
+                .to(Endpoint::UPLOAD, &[BLIT_READ])
                 .because("each level of a texture is made from the one above it, which a copy or the last blit wrote"),
         );
         rows.push(
             barrier(RowName::BLIT_TO_TEXTURES, BLITTED, READABLE)
-                .from(PassName::UPLOAD, &[BLIT_READ])
-                // TILED needs no use here: `geometry-to-tiled` orders it after GEOMETRY. After rendering that row is about attachments alone.
-                .to(PassName::DRAWS, &[if is_rendered { looked_up(TEXTURE_READ) } else { TEXTURE_READ }, TEXTURE_READ])
+                .from(Endpoint::UPLOAD, &[BLIT_READ])
+                // TILED needs no use here: `geometry-to-tiled` orders it after GEOMETRY. That row covers attachments only after dynamic rendering.
+                .to(Endpoint::DRAWS, &[if is_rendered { looked_up(TEXTURE_READ) } else { TEXTURE_READ }, TEXTURE_READ])
                 .because("shaders sample a level when the blit that reads it is over; its layout changes in between"),
         );
     }
@@ -69,8 +70,8 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Row> {
         let sky = if plan.is_lit_by_sky() { prefilter::SKY_READ } else { TEXTURE_READ };
         rows.push(
             barrier(RowName::UPLOAD_TO_TEXTURES, WRITTEN, READABLE)
-                .from(PassName::UPLOAD, &[written])
-                .to(PassName::DRAWS, &[TEXTURE_READ, sky, looked_up(TEXTURE_READ)])
+                .from(Endpoint::UPLOAD, &[written])
+                .to(Endpoint::DRAWS, &[TEXTURE_READ, sky, looked_up(TEXTURE_READ)])
                 .because("shaders sample the levels that a copy wrote, and the last one that a blit wrote"),
         );
     }

@@ -9,14 +9,16 @@
 //! - a read in a subpass that finds the image in another layout changes it: for later uses it counts as a write;
 //! - the first use in a frame waits for the frame before, which ends as this one does.
 //!
-//! The carrier follows from where the two ends stand. Within a render pass it is a dependency between two subpasses, and since subpasses use attachments at
-//! their own pixel only, it is by region. All waits for a subpass of an earlier render pass are one dependency of that one, which leaves the image in the
-//! layout that comes next. If a subpass waits for a compute pass, the dependency belongs to the subpass's render pass. Buffers are the exception: one barrier
-//! after the compute pass makes its writes visible to all readers. Between two passes outside of render passes it is a barrier.
+//! The carrier follows from where the two ends stand. Within a render pass it is a dependency between two subpasses, and since subpasses use
+//! attachments at their own pixel only, it is by region. All waits for a subpass of an earlier render pass are one dependency of that one, which
+//! leaves the image in the layout that comes next. If a subpass waits for a compute pass, the dependency belongs to the subpass's render pass.
+//! Buffers are the exception: one barrier after the compute pass makes its writes visible to all readers. The carrier is a barrier between two passes
+//! outside of render passes.
 //!
-//! Load and store operations are uses as well: "The load operation for each sample in an attachment happens-before any recorded command which accesses the
-//! sample in the first subpass where the attachment is used", and the store operation after those of the last one (specification, `VkAttachmentDescription`).
-//! Colour is loaded and stored in COLOR_ATTACHMENT_OUTPUT. Depth is loaded in EARLY_FRAGMENT_TESTS and stored in LATE_FRAGMENT_TESTS. CLEAR and DONT_CARE write.
+//! Load and store operations are uses as well: "The load operation for each sample in an attachment happens-before any recorded command which
+//! accesses the sample in the first subpass where the attachment is used", and the store operation happens after the accesses in the last one
+//! (specification, `VkAttachmentDescription`). Colour is loaded and stored in COLOR_ATTACHMENT_OUTPUT. Depth is loaded in EARLY_FRAGMENT_TESTS and
+//! stored in LATE_FRAGMENT_TESTS. CLEAR and DONT_CARE write.
 
 use std::borrow::Cow;
 use std::cmp::Reverse;
@@ -24,16 +26,17 @@ use std::cmp::Reverse;
 use ash::vk::{self, AccessFlags2 as A, PipelineStageFlags2 as S};
 
 use super::presentation::IN_TURN;
-use super::{PassName, Row, RowName, SyncKind, row};
+use super::{Endpoint, Row, RowName, SyncKind, row};
 use crate::frame::list::{Condition, RESOLVE, RenderPassName, Step};
 use crate::gpu::sync::Use;
 use crate::passes::{Resource, ResourceUse, UseKind, copy, present};
 use crate::plan::{FramePlan, Target};
 
+#[allow(missing_docs, reason = "a name says which row, and the row itself says why it is there")]
 impl RowName {
     /// Makes the picture ready for COPY, presentation, or a pass that draws over it.
-    pub(crate) const READ_BACK: Self = Self::Own("read-back");
-    pub(crate) const FOUND_TO_HOST: Self = Self::Own("found-to-host");
+    pub const READ_BACK: Self = Self::Own("read-back");
+    pub const FOUND_TO_HOST: Self = Self::Own("found-to-host");
 }
 
 const COLOR_WRITE: Use = Use::new(S::COLOR_ATTACHMENT_OUTPUT, A::COLOR_ATTACHMENT_WRITE);
@@ -56,7 +59,7 @@ pub struct BarrierPosition {
 
 /// A subpass, or a pass outside of render passes.
 struct Stop<'a> {
-    place: PassName,
+    place: Endpoint,
     /// The index of its step in the list.
     step: usize,
     render_pass: Option<RenderPassName>,
@@ -72,7 +75,7 @@ struct Stop<'a> {
 struct Visit {
     /// The index of the stop, or the number of stops for uses after the frame's own passes.
     stop: usize,
-    place: PassName,
+    place: Endpoint,
     render_pass: Option<RenderPassName>,
     /// Uses by passes, load operations and store operations, all of which wait for earlier ones.
     waits: Use,
@@ -99,7 +102,7 @@ struct Draft {
     after: Vec<Use>,
     to: Visit,
     /// Who waits, each for its own reasons.
-    reasons: Vec<(PassName, Vec<&'static str>)>,
+    reasons: Vec<(Endpoint, Vec<&'static str>)>,
     layouts: [vk::ImageLayout; 2],
     resources: Vec<Resource>,
     all_samples: bool,
@@ -107,15 +110,15 @@ struct Draft {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Key {
-    /// Between two subpasses of one render pass.
+    /// A dependency between two subpasses of one render pass.
     Between(RenderPassName, usize, usize),
     /// A subpass comes first, and all later steps that wait for it come second.
     OutOf(RenderPassName, usize),
     /// A subpass comes first, and COPY, presentation or the CPU second.
     OutOfFrame(RenderPassName, usize),
-    /// From earlier steps into a subpass.
+    /// A dependency from earlier steps into a subpass.
     Into(RenderPassName, usize),
-    /// From the frame before into a subpass.
+    /// A dependency from the previous frame into a subpass.
     Reuse(RenderPassName, usize),
     /// A barrier before a stop, or after the last one.
     Barrier(Resource, usize),
@@ -135,7 +138,7 @@ struct UseHistory {
     barrier: Option<usize>,
 }
 
-/// The rows of a plan's passes, in the order of those that wait.
+/// The rows of a plan's passes, in the order of the waiting steps.
 pub fn rows(plan: &FramePlan, steps: &[Step]) -> Vec<Wait> {
     let stops = stops(plan, steps);
     let mut drafts: Vec<Draft> = Vec::new();
@@ -160,7 +163,7 @@ pub fn rows(plan: &FramePlan, steps: &[Step]) -> Vec<Wait> {
 }
 
 /// All uses of a resource by passes that only read it, and the first of these; `None` if no pass reads it.
-pub fn readers(plan: &FramePlan, steps: &[Step], resource: Resource) -> Option<(PassName, Use)> {
+pub fn readers(plan: &FramePlan, steps: &[Step], resource: Resource) -> Option<(Endpoint, Use)> {
     let stops = stops(plan, steps);
     let reads = |touch: &&ResourceUse| touch.resource == resource && !touch.writes() && !touch.is_attachment();
     let of = |stop: &Stop| stop.touches.iter().filter(reads).map(|touch| (stop.place, touch.uses)).collect::<Vec<_>>();
@@ -168,7 +171,7 @@ pub fn readers(plan: &FramePlan, steps: &[Step], resource: Resource) -> Option<(
 }
 
 /// The first place that touches a resource.
-pub fn first_user(plan: &FramePlan, steps: &[Step], resource: Resource) -> Option<PassName> {
+pub fn first_user(plan: &FramePlan, steps: &[Step], resource: Resource) -> Option<Endpoint> {
     let touches = |stop: &Stop| stop.touches.iter().any(|touch| touch.resource == resource);
     stops(plan, steps).iter().find(|stop| touches(stop)).map(|stop| stop.place)
 }
@@ -193,7 +196,7 @@ fn stops<'a>(plan: &FramePlan, steps: &'a [Step]) -> Vec<Stop<'a>> {
             Step::Commands(own) => {
                 let touches = Cow::Owned(own.pass.uses(plan));
                 let is_occasional = own.when != Condition::Always;
-                stops.push(Stop { place: own.pass.place, step, render_pass: None, touches, samples: 1, is_occasional });
+                stops.push(Stop { place: own.pass.name, step, render_pass: None, touches, samples: 1, is_occasional });
             }
             Step::Presentation | Step::HandOver(_) => {}
         }
@@ -290,20 +293,20 @@ fn visits(plan: &FramePlan, stops: &[Stop], resource: Resource) -> Vec<Visit> {
 fn after_the_passes(plan: &FramePlan, stops: &[Stop], resource: Resource) -> Option<Visit> {
     let (place, waits, done, why) = match resource {
         Resource::FoundCounts => (
-            PassName::HOST,
+            Endpoint::HOST,
             copy::HOST_READ,
             copy::HOST_READ,
             "reads the counts: a fence alone does not make them visible to it",
         ),
         Resource::Target(target) if target == plan.picture() => match plan.draws_into_swapchain() {
             true => (
-                PassName::OUTSIDE,
+                Endpoint::OUTSIDE,
                 IN_TURN,
                 present::ATTACH,
                 "whatever comes over the picture waits for TRANSFER, and so for the layout that the picture is left in",
             ),
             false => (
-                PassName::OUTSIDE,
+                Endpoint::OUTSIDE,
                 present::READ,
                 present::READ,
                 "whatever copies or shows the picture reads it in the layout that it is left in",
@@ -317,7 +320,7 @@ fn after_the_passes(plan: &FramePlan, stops: &[Stop], resource: Resource) -> Opt
         render_pass: None,
         waits,
         done,
-        layout: if place == PassName::HOST {
+        layout: if place == Endpoint::HOST {
             vk::ImageLayout::UNDEFINED
         } else {
             plan.layouts.of(vk::ImageLayout::TRANSFER_SRC_OPTIMAL)
@@ -334,7 +337,7 @@ fn after_the_passes(plan: &FramePlan, stops: &[Stop], resource: Resource) -> Opt
 
 /// The way by which a use follows another: the layouts before and after, and the stop whose barrier has the wait, if another's has.
 struct Handover {
-    /// The later use replaces what the earlier one left.
+    /// The later use writes the resource or changes its layout.
     replaces: bool,
     layouts: [vk::ImageLayout; 2],
     barrier: Option<usize>,
@@ -479,7 +482,7 @@ impl Draft {
             }
         };
         let name = match key {
-            _ if is_after && to.place == PassName::HOST => RowName::FOUND_TO_HOST,
+            _ if is_after && to.place == Endpoint::HOST => RowName::FOUND_TO_HOST,
             _ if is_after => RowName::READ_BACK,
             Key::AfterWriter(..) => RowName::Readers(from.place),
             Key::OutOf(..) if reasons.len() > 1 => RowName::Readers(from.place),
@@ -488,7 +491,7 @@ impl Draft {
             Key::Reuse(..) | Key::BarrierReuse(..) => RowName::Reuse(to.place),
             _ => RowName::Pair(from.place, to.place),
         };
-        let outside = if from.is_last_frame { PassName::OUTSIDE } else { from.place };
+        let outside = if from.is_last_frame { Endpoint::OUTSIDE } else { from.place };
         let why = why(&from, &reasons, &resources);
         let own = row(name, carrier).from(outside, &before).to(to.place, &after).for_all(&reasons).about(resources);
         let is_between = matches!(key, Key::Between(..));
@@ -497,13 +500,13 @@ impl Draft {
 }
 
 /// The reason of a row in a sentence: why each waiting pass uses the resource, and which memory frames share.
-fn why(from: &Visit, reasons: &[(PassName, Vec<&'static str>)], resources: &[Resource]) -> String {
-    let of_one = |(place, why): &(PassName, Vec<&str>)| {
+fn why(from: &Visit, reasons: &[(Endpoint, Vec<&'static str>)], resources: &[Resource]) -> String {
+    let of_one = |(place, why): &(Endpoint, Vec<&str>)| {
         let does = match &why[..] {
             [most @ .., last] if most.len() > 1 => format!("{}, and {last}", most.join(", ")),
             _ => why.join(", and "),
         };
-        if *place == PassName::OUTSIDE { does } else { format!("{place} {does}") }
+        if *place == Endpoint::OUTSIDE { does } else { format!("{place} {does}") }
     };
     let does = reasons.iter().map(of_one).collect::<Vec<_>>().join("; ");
     if !from.is_last_frame {

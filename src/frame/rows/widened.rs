@@ -4,7 +4,7 @@
 use ash::vk::{AccessFlags2 as A, PipelineStageFlags2 as S};
 
 use super::super::list::StepList;
-use super::{PassName, Row, RowError, RowName, Rows};
+use super::{Endpoint, Row, RowError, RowName, Rows};
 use crate::gpu::sync::{Dependency, Use};
 use crate::plan::FramePlan;
 use crate::scene::Passes;
@@ -28,8 +28,9 @@ const fn all(stages: S) -> Use {
 }
 
 impl Rows {
-    /// The same with one row that waits for all that its carrier can name and holds all of it back: ALL_COMMANDS, but ALL_GRAPHICS for a side inside of a render
-    /// pass, and the stages of attachments for a barrier inside of rendering. Between subpasses it is no longer by region, where that may be.
+    /// Returns a copy of the table with one row widened to all stages and accesses that its carrier allows, on both sides: ALL_COMMANDS, but
+    /// ALL_GRAPHICS for a side inside of a render pass, and the attachment stages for a barrier inside of rendering. A row between subpasses loses
+    /// its by-region flag, if its carrier permits that.
     ///
     /// # Errors
     /// As [`Rows::without`].
@@ -40,14 +41,15 @@ impl Rows {
         Ok(self.with(rows))
     }
 
-    /// The same with all rows widened that can be changed.
+    /// Returns a copy of the table with all changeable rows widened.
     pub fn all_widened(&self, plan: &FramePlan) -> Self {
         let mut rows = self.rows.clone();
         rows.iter_mut().filter(|row| row.carrier.stays().is_none()).for_each(|row| widen(row, plan));
         self.with(rows)
     }
 
-    /// The same, and before each render pass and each pass outside of them a barrier on all memory that waits for everything.
+    /// Returns a copy of the table with a full memory barrier, which waits for everything, before each render pass and each pass outside of render
+    /// passes.
     pub fn with_full_barriers(&self) -> Self {
         Self { has_full_barriers: true, ..self.clone() }
     }
@@ -62,7 +64,7 @@ fn widen(row: &mut Row, plan: &FramePlan) {
         return;
     };
     let list = StepList::of(plan);
-    let inside = |place: PassName| {
+    let inside = |place: Endpoint| {
         list.render_passes().any(|(name, subpasses)| name == pass && subpasses.iter().any(|own| own.place == place))
     };
     if row.is_between_subpasses() && plan.passes == Passes::LocalRead {

@@ -13,11 +13,11 @@ const MOST_COMMANDS: u32 = 65536;
 /// Commands that follow each other and differ only in their mesh and its level of detail.
 #[derive(Debug, Clone)]
 pub struct CulledState {
-    /// Index into [`World::objects`] of one that they draw.
+    /// Index into [`World::objects`] of one of the objects that they draw.
     pub object: usize,
     pub width: IndexWidth,
     pub deformed: bool,
-    /// Their commands, among those of a step of depth.
+    /// Range of their commands within one step of depth.
     pub commands: Range<u32>,
 }
 

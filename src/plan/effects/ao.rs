@@ -77,28 +77,28 @@ fn scale(plan: &FramePlan) -> u32 {
     plan.effects.ao.map_or(1, |ao| ao.scale)
 }
 
-/// Without it there is nothing to weaken.
+/// Adds ambient light, which AO weakens.
 fn light_from_everywhere(scene: &mut Scene) {
     scene.environment.ambient = Vec3::splat(0.1);
 }
 
-/// The parameters of AO. Its pipelines know all of it.
+/// The parameters of AO, all fixed in its pipelines.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AoPlan {
     /// Never `Off`.
     pub method: AmbientOcclusion,
-    /// Of the depth buffer, for each pixel that AO looks at.
+    /// Samples of the depth buffer for each pixel that AO evaluates.
     pub samples: u32,
     /// Metres beyond which nothing is hidden.
     pub radius: f32,
-    /// AO looks at one pixel of so many across and as many down.
+    /// AO evaluates one pixel of each square with this edge.
     pub scale: u32,
 }
 
-/// Samples of a slice at most: sixteen to each side. AO_DENOISE takes the mean over sixteen slices in any case, so that steps pay first.
+/// Maximum samples of a slice: sixteen to each side. AO_DENOISE averages sixteen slices in any case, so more steps pay before more slices do.
 const SAMPLES_OF_A_SLICE: u32 = 32;
 
-/// In `inspect`: `bitmask within 0.5 m, 16 samples in 1 slice, at each pixel`.
+/// The text in `inspect`, such as `bitmask within 0.5 m, 16 samples in 1 slice, at each pixel`.
 impl fmt::Display for AoPlan {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} within {} m, {}", self.method, self.radius, counted(self.samples, "sample"))?;
@@ -149,16 +149,16 @@ fn check(request: &EffectRequest) -> Result<(), PlanError> {
 
 /// The least and the greatest radius in metres.
 const RADII: (f32, f32) = (0.001, 1000.0);
-/// The most samples: drivers surely finish so many before their watchdog bites.
+/// The most samples, few enough that no driver's watchdog fires.
 const MOST_SAMPLES: u32 = 256;
 
-/// Returns true if something would show it.
+/// Returns true if the picture would show AO.
 fn is_used(scene: &Scene, settings: &Settings) -> bool {
     settings.ao != AmbientOcclusion::Off
         && match settings.view {
             View::Final | View::Lighting | View::Ambient => {
                 let sky = scene.sky.as_ref().is_some_and(|sky| super::sky::lights(sky, settings));
-                // A sky with shadows of its own is hidden by them.
+                // A sky with shadow maps is occluded by these, not by AO.
                 scene.environment.is_lit() || sky && super::sky::sky_directions(scene, settings) == 0
             }
             view => view == View::Ao,

@@ -68,9 +68,9 @@ pub(crate) const EFFECT: Effect = Effect {
 pub struct BloomPlan {
     /// The share of all light that is spread.
     pub strength: f32,
-    /// The root of the mean square of how far it lands, as a part of the picture's height.
+    /// The root mean square distance of the spread light, as a share of the picture's height.
     pub radius: f32,
-    /// Of the filter down, along an axis: 2, 4 or 6.
+    /// Taps of the downsampling filter along an axis: 2, 4 or 6.
     pub taps: u32,
 }
 
@@ -79,18 +79,18 @@ pub struct BloomPlan {
 pub struct BloomLevel {
     /// Width and height in texels.
     pub extent: [u32; 2],
-    /// The index of its first texel in the buffer of all.
+    /// The index of its first texel in the buffer of all levels.
     pub at: u32,
 }
 
-/// Frames have at least so many levels, so that their steps do not depend on the size of the picture. Levels that are too wide weigh nothing.
+/// The fewest levels, so that small pictures have the same steps. Levels that are too wide weigh nothing.
 const LEAST_LEVELS: u32 = 3;
-/// With so many a texel covers every picture that a device can draw.
+/// The most levels: at the last one a texel covers the largest picture that a device can draw.
 const MOST_LEVELS: u32 = 15;
 
 impl BloomPlan {
-    /// Views of values have no light to spread. A value out of the ranges of the settings, as only a library's caller can have it, counts as the
-    /// nearest one in it; one that is not a number spreads nothing, or as little as possible.
+    /// Views of values have no light to spread. Values out of the settings' ranges, which only a library's caller can pass, are clamped; NaN spreads
+    /// nothing, or as little as possible.
     pub(super) fn of(settings: &Settings, shading: Shading) -> Option<Self> {
         let strength = settings.bloom.min(1.0);
         let radius = settings.bloom_radius.clamp(0.001, 1.0);
@@ -99,15 +99,15 @@ impl BloomPlan {
         (settings.bloom > 0.0 && shading.is_lit()).then_some(own)
     }
 
-    /// The mean square of how far the light of a level lands, in pixels. A filter of 2, 4 or 6 taps down spreads by 1/4, 3/4 or 5/4 of its
-    /// texels squared along an axis, and so does the one up, of 4, 4 or 6; each level's texels are four times as large as those of the one before it.
+    /// The mean square distance of the light of a level, in pixels. A downsampling filter of 2, 4 or 6 taps has a variance of 1/4, 3/4 or 5/4 squared
+    /// texels along an axis, and the upsampling filter, of 4, 4 or 6 taps, follows the same rule. The area of a texel grows by four with each level.
     fn spread(&self, level: u32) -> f64 {
         let of_taps = |taps: u32| f64::from(taps - 1) / 4.0;
         2.0 * (of_taps(self.taps) + of_taps(self.taps.max(4))) * (4f64.powi(level as i32) - 1.0) / 3.0
     }
 
-    /// The weights of the picture itself and of each level: each has twice that of the one before it, and the last as much as the radius
-    /// needs, so that it changes smoothly with the size of the picture.
+    /// The weights of the picture itself and of each level. Each level weighs twice as much as the previous one, and the last as much as the radius
+    /// needs, so that weights change smoothly with the size of the picture.
     pub fn weights(&self, [width, height]: [u32; 2]) -> Vec<f64> {
         let square = (f64::from(self.radius) * f64::from(height)).powi(2);
         let most = width.max(height).next_power_of_two().ilog2().clamp(LEAST_LEVELS, MOST_LEVELS);

@@ -64,29 +64,29 @@ pub(crate) const EFFECT: Effect = Effect {
     ..Effect::PLAIN
 };
 
-/// The fog of a plan's frames: so much light is lost along a metre as `density` times e to the power of (`base` - height) / `height`.
+/// The fog of a plan's frames. The extinction per metre at an altitude y is `density` times e to the power of (`base` - y) / `height`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FogPlan {
     /// Never `Off`.
     pub kind: Fog,
-    /// At the base, in 1/m.
+    /// Extinction at the base, in 1/m.
     pub density: f32,
-    /// Metres in which it falls to a part in e.
+    /// Metres over which extinction falls to 1/e.
     pub height: f32,
     /// Metres above the world's origin.
     pub base: f32,
-    /// The share of the lost light that is scattered.
+    /// The share of the extinguished light that is scattered.
     pub albedo: f32,
     /// The mean cosine of the angle of scattering.
     pub anisotropy: f32,
     /// The picture shows the light that the fog scatters, and nothing else.
     pub alone: bool,
-    /// The grid of its light, where lights are in it.
+    /// The grid of the light in it; `None` if no lights shine into it.
     pub(super) froxels: Option<FroxelPlan>,
 }
 
 impl FogPlan {
-    /// None where the air is clear, and where a view shows something else.
+    /// Returns `None` if the air is clear or a view shows something else.
     pub(super) fn of(request: &EffectRequest, any_light: bool) -> Option<Self> {
         let settings = request.settings;
         let alone = settings.view == View::Fog;
@@ -94,7 +94,7 @@ impl FogPlan {
             return None;
         }
         let &Settings { fog_density: density, fog_height: height, fog_base: base, .. } = settings;
-        // The view shows some where none is asked for, too.
+        // The view shows fog even if no fog is asked for.
         let kind = if settings.fog == Fog::Off { Fog::Height } else { settings.fog };
         let (albedo, anisotropy) = (settings.fog_albedo, settings.fog_anisotropy);
         let froxels = FroxelPlan::of(settings, kind, any_light);

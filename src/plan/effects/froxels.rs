@@ -38,13 +38,15 @@ impl fmt::Display for FroxelPlan {
 }
 
 impl FroxelPlan {
-    /// Of fog that is lit by lamps or shadowed. Where the scene has no light, light from everywhere alone is in the air: then the closed form is exact.
+    /// Plans the grid of fog that lights shine into. Returns `None` if the scene has no lights: the air then has ambient light alone, for which the
+    /// closed form is exact.
     pub(super) fn of(settings: &Settings, kind: Fog, any_light: bool) -> Option<Self> {
         let &Settings { fog_froxels: grid, fog_samples: samples, fog_distance: distance, .. } = settings;
         (kind == Fog::Froxels && any_light).then_some(Self { grid, samples, distance })
     }
 
-    /// Bytes of the buffer: 8 for the light in a froxel, and 8 for what the fog before it scatters to the eye. One slice more has that of all slices.
+    /// Bytes of the buffer. Each froxel has 8 for its light, and 8 for the light that the fog in front of it scatters to the eye; one extra slice has
+    /// the light that all slices scatter.
     pub fn bytes(&self) -> u64 {
         let [columns, rows, slices] = self.grid.map(u64::from);
         16 * columns * rows * (slices + 1)
@@ -52,7 +54,7 @@ impl FroxelPlan {
 }
 
 impl FogPlan {
-    /// Those of its light.
+    /// The froxels of the fog's light, if it has any.
     pub fn froxels(&self) -> Option<&FroxelPlan> {
         self.froxels.as_ref()
     }

@@ -87,12 +87,12 @@ fn has_some(scene: &Scene, settings: &Settings) -> bool {
 /// The materials with lobes of a plan's frames.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LobesPlan {
-    /// In the order of their rows in the frame's buffer.
+    /// Indices into the scene's materials, in the order of their rows in the frame's buffer.
     pub materials: Vec<usize>,
 }
 
 impl LobesPlan {
-    /// None where frames draw no lobe.
+    /// Returns `None` if no drawn material has a lobe.
     pub(super) fn of(request: &EffectRequest, rules: &SurfaceRules) -> Option<Self> {
         let Shading::Light { .. } = request.shading else { return None };
         let drawn = rules.drawn(request.scene);

@@ -89,19 +89,19 @@ pub fn sort_places(count: u32) -> u32 {
 /// The particles of a plan's frames.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ParticlePlan {
-    /// The most that are alive at once.
+    /// The most particles that are alive at once.
     pub capacity: u32,
     /// The number of sources.
     pub emitters: u32,
-    /// Those of the emitters, each once; none where all of them show a soft disc.
+    /// The emitters' textures, each once; empty if all particles are soft discs.
     pub textures: Vec<PlannedTexture>,
     /// The texture of each emitter, by its place in `textures`.
     pub texture_of: Vec<Option<u32>>,
-    /// Each layer counts alike, and nothing else is seen.
+    /// The view of particles: each layer counts alike, and nothing else is drawn.
     pub counts: bool,
 }
 
-/// In `inspect`: `up to 100 particles of 2 emitters`.
+/// The text in `inspect`, such as `up to 100 particles of 2 emitters`.
 impl fmt::Display for ParticlePlan {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let emitters = counted(self.emitters as usize, "emitter");
@@ -174,14 +174,14 @@ impl ParticlePlan {
         sort_places(self.capacity)
     }
 
-    /// Of their states and keys, and of their textures.
+    /// Bytes of particle states, sort keys and textures.
     pub fn bytes(&self) -> u64 {
         let textures: u64 = self.textures.iter().map(PlannedTexture::bytes).sum();
         48 * u64::from(self.capacity) + 8 * u64::from(self.places()) + textures
     }
 }
 
-/// Refuses particles whose shaders name more buffers than the device lets them: SIMULATE names those of the frame, the emitters, the particles and, where
+/// Refuses particles whose shaders name more buffers than the device allows: SIMULATE names the frame's buffers, the emitters, the particles and, if
 /// they are sorted, their keys.
 fn check_buffers(plan: &FramePlan, device: &Capabilities) -> Result<(), PlanError> {
     let sorts = u32::from(plan.sorts_particles());

@@ -79,16 +79,16 @@ fn polish(scene: &mut Scene) {
     }
 }
 
-/// The parameters of REFLECT. Its pipelines know all of it.
+/// The parameters of REFLECT, all fixed in its pipelines.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ReflectionPlan {
     /// The greatest perceptual roughness of surfaces that mirror others.
     pub roughness: f32,
-    /// Of a ray through the pyramid of depths, at most.
+    /// Maximum steps of a ray through the depth pyramid.
     pub steps: u32,
-    /// Metres that surfaces are taken to go on behind their visible side.
+    /// The thickness in metres that surfaces are assumed to have behind their visible side.
     pub thickness: f32,
-    /// The picture shows the hits, and not the light.
+    /// The picture shows the hits instead of the light.
     pub shown: bool,
 }
 
@@ -141,7 +141,7 @@ impl Hiz {
         Self { tiles: size.map(|edge| edge.div_ceil(Self::TILE)) }
     }
 
-    /// Of the image.
+    /// Width and height of the image in texels.
     pub fn extent(&self) -> [u32; 2] {
         let [across, down] = self.tiles.map(|count| count * Self::TILE);
         [across * 3 / 4, down]

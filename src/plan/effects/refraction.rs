@@ -84,14 +84,14 @@ fn check_plan(plan: &FramePlan, device: &Capabilities) -> Result<(), PlanError> 
 pub struct RefractionPlan;
 
 impl RefractionPlan {
-    /// None where frames draw no glass that bends light.
+    /// Returns `None` if no drawn glass bends light.
     pub(super) fn of(request: &EffectRequest, rules: &SurfaceRules) -> Option<Self> {
         let Shading::Light { .. } = request.shading else { return None };
         let mut drawn = rules.drawn(request.scene);
         drawn.any(|object| rules.lobes_of(rules.material(object)).contains(LobeMask::GLASS)).then_some(Self)
     }
 
-    /// Of the buffer: a word for the depth of each pixel, and two for the light of each texel of a level.
+    /// Bytes of the buffer: a word for the depth of each pixel, and two for the light of each texel of each level.
     pub fn bytes(self, size: [u32; 2]) -> u64 {
         let texels = |level: u32| size.map(|edge| u64::from(edge.div_ceil(1 << level))).iter().product::<u64>();
         4 * texels(0) + 8 * (0..=LAST_LEVEL).map(texels).sum::<u64>()

@@ -49,9 +49,9 @@ fn put_under_sky(scene: &mut Scene) {
 /// The sky of a plan's frames.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SkyPlan {
-    /// Of a face of its cube, in texels.
+    /// Edge of a cube face in texels.
     pub edge: u32,
-    /// It is seen where nothing is.
+    /// It is drawn as the background.
     pub shown: bool,
     /// A sun is drawn into it.
     pub sun: bool,
@@ -59,12 +59,12 @@ pub struct SkyPlan {
     pub lights: bool,
     /// Directions for each texel of the specular lobes' light; 0 where it lights nothing.
     pub samples: u32,
-    /// The marks of its image: its mean and its brightest value.
+    /// The mean and the brightest value of its image.
     pub image: (Vec3, f32),
 }
 
 impl SkyPlan {
-    /// None where frames do without.
+    /// Returns `None` if the sky is neither visible nor lights surfaces.
     pub(super) fn of(request: &EffectRequest) -> Option<Self> {
         let EffectRequest { scene, settings, shading, .. } = *request;
         let Shading::Light { light_only } = shading else { return None };
@@ -81,7 +81,7 @@ impl SkyPlan {
         })
     }
 
-    /// Bytes of the cube with its levels, and of the light that surfaces collect of it.
+    /// Bytes of the cube with its levels, and of the prefiltered light for surfaces.
     pub fn bytes(&self) -> [u64; 2] {
         let faces = |edge: u32, levels: u32| (0..levels).map(|level| 6 * 8 * u64::from((edge >> level).pow(2))).sum();
         let light = faces(256, 6) + faces(16, 1) + 8 * 64 * 64;
@@ -89,7 +89,7 @@ impl SkyPlan {
     }
 }
 
-/// Directions of each frame of a picture where nobody has said. Of fewer frames the edges of single shadows would be seen (docs/SKY.md).
+/// The default number of directions a frame. With fewer frames, edges of single shadows would be visible (docs/SKY.md).
 fn usual_directions(frames: u32) -> u32 {
     match frames {
         0..8 => 0,
@@ -98,7 +98,7 @@ fn usual_directions(frames: u32) -> u32 {
     }
 }
 
-/// The directions of the sky that each frame lights by, with a shadow each; none where the sky lights nothing, or nothing hides any of it.
+/// The number of sky directions that light a frame, each with a shadow map; 0 if the sky lights nothing or nothing occludes it.
 pub(crate) fn sky_directions(scene: &Scene, settings: &Settings) -> u32 {
     let frames = super::frames(settings).max(settings.samples);
     let wanted = settings.sky_shadows.unwrap_or(usual_directions(frames));

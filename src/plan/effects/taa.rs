@@ -173,7 +173,7 @@ impl FramePlan {
         self.effects.taa.is_some()
     }
 
-    /// Frames that are averaged over time at most; 1 where none are.
+    /// The most frames that are averaged over time; 1 without averaging.
     pub fn averaged_frames(&self) -> u32 {
         self.effects.taa.map_or(1, |taa| taa.history)
     }

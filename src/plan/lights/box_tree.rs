@@ -6,12 +6,12 @@ use std::collections::BinaryHeap;
 use super::Reach;
 use crate::scene::Aabb;
 
-/// Boxes by where they are: a binary tree, cut at the median of the longest axis.
+/// A binary tree of boxes, split at the median of the longest axis.
 #[derive(Debug, Clone, Default)]
 pub struct BoxTree {
     /// A node, then its first half, then its second.
     nodes: Vec<BoxNode>,
-    /// By number: its leaf, if the box was not empty.
+    /// The leaf of each box, by number; `None` for empty boxes.
     leaves: Vec<Option<u32>>,
 }
 
@@ -20,11 +20,11 @@ struct BoxNode {
     bounds: Aabb,
     /// Half the diagonal of the largest box below.
     largest: f64,
-    /// Its number, of a leaf's box.
+    /// The number of the box, in a leaf.
     item: usize,
-    /// The node after all that are below this one. A leaf has none below.
+    /// The index after the last node below this one.
     end: usize,
-    /// The node that it is a half of; itself, of the first.
+    /// The parent node; the root is its own parent.
     parent: usize,
 }
 
@@ -70,10 +70,10 @@ impl BoxTree {
         }
     }
 
-    /// Takes over the boxes of some numbers that are others than before, as `bounds` has them. The tree stays cut as it was: it finds the same,
-    /// more slowly the farther they have moved. Those that were empty stay out.
+    /// Updates the boxes with these numbers to `bounds`. The tree keeps its structure: queries find the same boxes, but more slowly the farther boxes
+    /// have moved. Boxes that were empty stay out.
     pub fn refit(&mut self, moved: impl ExactSizeIterator<Item = usize>, bounds: impl Fn(usize) -> Aabb) {
-        // Each box that moved asks for its way up; many of them go the same.
+        // An upper bound of the nodes to update: each moved box updates its ancestors, many of which are shared.
         let ways = moved.len() * self.nodes.len().max(2).ilog2() as usize;
         let leaves: Vec<usize> = moved.filter_map(|item| self.leaves[item]).map(|leaf| leaf as usize).collect();
         for &leaf in &leaves {
@@ -93,7 +93,7 @@ impl BoxTree {
         }
     }
 
-    /// Makes a node's box that of its halves, and its largest the larger one of theirs.
+    /// Sets a node's `bounds` and `largest` from its two halves.
     fn gather(&mut self, node: usize) {
         let (first, end) = (node + 1, self.nodes[node].end);
         if end > first {
@@ -104,8 +104,8 @@ impl BoxTree {
         }
     }
 
-    /// The numbers of the boxes that have a size, from the largest to the smallest, and equally large ones as they lie in the tree. `size` is told
-    /// of a box, and of half the diagonal of the largest one in it; around a box there is none of a smaller size.
+    /// The numbers of the boxes that have a size, from the largest to the smallest; equally large ones keep their order in the tree. `size` gets a
+    /// box and half the diagonal of the largest box in it, and must not be smaller for an enclosing box.
     pub fn largest_first(&self, size: impl Fn(&Aabb, f64) -> Option<f64>) -> impl Iterator<Item = usize> {
         let sized = move |index: usize| {
             let size = size(&self.nodes[index].bounds, self.nodes[index].largest)?;

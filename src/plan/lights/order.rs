@@ -1,6 +1,6 @@
-//! The lights of a plan in order: those that can reach something of the scene. Beyond its range every fall-off is exactly zero
-//! (`shaders/shared/lights.wgsl`), so that a light which is left out would have added zero to each pixel. Only ranges count: the certified
-//! cut-off of a light without one is not exact.
+//! The ordered lights of a plan, without lights that can reach nothing of the scene. Beyond its range every fall-off is exactly zero
+//! (`shaders/shared/lights.wgsl`), so a light that is left out would have added zero to each pixel. Only ranges count: the certified cut-off of a
+//! light without range is not exact.
 
 use std::collections::BTreeMap;
 
@@ -31,12 +31,11 @@ pub(crate) fn shows_all(view: View) -> bool {
 /// The lights of a plan, by the scene's numbers.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct LightOrder {
-    /// Those that frames have, in the order in which they have them: directional ones, then those that reach everywhere, then those whose
-    /// reach is limited.
+    /// The lights of frames in their order: directional, unbounded, then bounded lights.
     pub order: Vec<usize>,
-    /// Those that reach nothing, and so are not among them.
+    /// The lights that reach nothing, and so are not in `order`.
     pub idle: IdleLights,
-    /// The number of lights, last in `order`, that reach nothing and stay on request. Nothing else is decided by them.
+    /// The number of lights at the end of `order` that reach nothing and stay on request. They decide nothing else.
     needless: usize,
 }
 
@@ -81,14 +80,14 @@ impl LightOrder {
     }
 }
 
-/// The lights that a plan leaves out: those that shine and reach no object of the scene.
+/// The lights that a plan leaves out: they shine, but reach no object of the scene.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct IdleLights {
     /// The reach of each, by its number in the scene.
     reaches: BTreeMap<usize, Reach>,
-    /// The metres by which a light is taken to reach further.
+    /// Metres that are added to each light's reach.
     metres: f64,
-    /// Something of the scene moves, so that none is left out.
+    /// Something of the scene moves, so that no light is left out.
     pub moves: bool,
 }
 

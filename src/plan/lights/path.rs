@@ -130,7 +130,7 @@ fn reason(path: LightPath, outs: &[(LightPath, Option<&'static str>)], figures: 
     text
 }
 
-/// With two digits at least.
+/// Formats milliseconds with at least two digits.
 fn milliseconds(value: f64) -> String {
     let decimals = if value < 1.0 { 2 } else { usize::from(value < 10.0) };
     format!("{value:.decimals$}")
@@ -165,12 +165,12 @@ fn check(settings: &Settings, device: &Capabilities) -> Result<(), PlanError> {
     }
 }
 
-/// Returns true if surfaces are so plain that each is best lit as it is drawn. Measured in docs/LIGHT_PATHS.md: with one light this beats the loop for any number
-/// of layers on a GPU, and up to two on a CPU even where they lie back to front; draws go from near to far.
+/// Returns true if surfaces are plain enough to be lit fastest as they are drawn. Measured in docs/LIGHT_PATHS.md: with one light this beats the loop
+/// for any number of layers on a GPU, and for up to two on a CPU even if they are drawn back to front; draws go front to back.
 ///
-/// Shadowed, textured or transparent surfaces are not plain: overdraw then costs more. Nor are several samples a pixel, which the two ways shade
-/// differently, effects that read a G-buffer, or a layout of the G-buffer that was asked for. Parts that are kept without need
-/// do not count.
+/// Shadowed, textured or transparent surfaces are not plain, as their overdraw costs more. Nor are frames with several samples a pixel, which the two
+/// paths shade differently, with effects that read a G-buffer, or with a G-buffer layout that was asked for. Parts that are kept without need do not
+/// count.
 fn is_plain(scene: &Scene, settings: &Settings, planned: &[usize]) -> bool {
     let lit = match planned {
         [] => true,

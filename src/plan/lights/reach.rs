@@ -58,13 +58,13 @@ impl LightCutoff {
     pub(crate) fn of(scene: &Scene, settings: &Settings, exposure: f32) -> Self {
         let without = |light: &&Light| light.shines() && range_of(light).is_none() && bounded(light, settings);
         let count = scene.lights.iter().filter(without).count();
-        // A pane of glass adds its whole highlight to what is behind it, so that each layer may drop as much again. Other surfaces
-        // that blend take a mean, which drops no more than one of them.
+        // A pane of glass adds its whole highlight to the light behind it, so each layer can lose another share. Other blended surfaces average,
+        // which loses no more than one of them does.
         let is_glass = |object: &&Object| scene.materials[object.material].alpha_mode == AlphaMode::Glass;
         let panes = scene.objects.iter().filter(is_glass).map(|object| scene.meshes[object.mesh].indices.len() / 3);
         let layers = 1 + panes.sum::<usize>();
         let share = 0.5 / 255.0 / steepest(settings.tonemap) / (count.max(1) * layers) as f64;
-        // Scanning textures is only worth it where there is something to cut.
+        // Scanning textures only pays if some light can be cut off.
         let reflection = if count > 0 { largest_reflection(scene, settings) } else { 0.0 };
         Self { enabled: settings.light_cutoff, reflection, exposure, share }
     }
@@ -88,7 +88,7 @@ impl LightCutoff {
     }
 }
 
-/// Metres beyond which the light is exactly zero, if there is such a distance.
+/// The distance in metres beyond which the light is exactly zero, if it has a range.
 pub(crate) fn range_of(light: &Light) -> Option<f64> {
     light.kind.form().range
 }
@@ -98,8 +98,8 @@ fn distance_of(falloff: Falloff, brightest: f64, share: f64) -> f64 {
     falloff.polynomial_radius(brightest, share).unwrap_or_else(|| (brightest / share).sqrt())
 }
 
-/// The steepest slope of the encoded output, 0 to 1, over exposed radiance. sRGB is steepest at black, 12.92; tone curves that are
-/// no steeper than 1 there add nothing. Found by sampling colours (a test in `src/passes/curves.rs` does so again), rounded up.
+/// The steepest slope of the encoded output, 0 to 1, over exposed radiance. sRGB is steepest at black, 12.92; tone curves that are no steeper than 1
+/// there add nothing. The values come from sampled colours, rounded up; a test in `src/passes/curves.rs` samples them again.
 pub fn steepest(tonemap: Tonemap) -> f64 {
     match tonemap {
         Tonemap::None | Tonemap::Neutral => 12.93,

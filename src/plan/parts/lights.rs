@@ -117,7 +117,7 @@ fn falloffs(settings: &Settings, plan: &FramePlan) -> Part {
     part("fall-off by light", mixed, reason, 0).is(OptionalPart::Falloffs)
 }
 
-/// Lights that reach no object. On a CPU each frame leaves out those, too, that its camera does not see.
+/// Lights that reach no object. On CPU devices each frame also leaves out lights that reach nothing visible.
 fn idle_lights(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Part {
     let kept = plan.light_order.needless() > 0;
     let everywhere = effects::reach_all_lights(settings);

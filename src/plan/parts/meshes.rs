@@ -46,7 +46,7 @@ pub(super) fn geometry(scene: &Scene, plan: &FramePlan) -> Vec<Part> {
         part("vertex positions", planned.vertices > 0, positions, 12 * planned.vertices),
         part("16-bit indices", planned.indices_16 > 0, narrow, 2 * planned.indices_16),
         part("32-bit indices", planned.indices_32 > 0, wide, 4 * planned.indices_32).is(OptionalPart::WideIndices),
-        // Their bytes count above and below.
+        // Unused meshes' bytes are counted above and below.
         part("unused meshes", keeps_unused, unused, 0).is(OptionalPart::UnusedMeshes),
         stream("vertex normals", OptionalPart::Normals, planned.normals, 12, ("shading reads them", "nothing shades")),
         stream("vertex UVs", OptionalPart::Uvs, planned.uvs, 8, ("textures are sampled", "no texture is sampled")),
@@ -81,11 +81,11 @@ fn looks(plan: &FramePlan) -> Part {
         (true, false) => "objects have a tint or an atlas cell, or may be selected: 8 bytes an instance",
         (false, _) => "no object has a tint, atlas cell or selection",
     };
-    // They are written for each frame, as many as it draws.
+    // Each frame writes the looks of the instances that it draws.
     part("looks of instances", plan.has_looks(), reason, 0).is(OptionalPart::Looks)
 }
 
-/// Levels of detail. Their bytes count with the indices.
+/// Levels of detail, whose bytes are counted with the indices.
 pub(super) fn levels(settings: &Settings, plan: &FramePlan) -> Part {
     let leveled: Vec<_> = plan.meshes.meshes.iter().map(|mesh| mesh.levels.len()).filter(|&count| count > 0).collect();
     let reason = match plan.shading {

@@ -193,7 +193,7 @@ pub(super) fn samples_of_output(plan: &FramePlan) -> Part {
     part("samples of the output", plan.resolves_output(), resolved, bytes_of_target(plan, Target::Samples))
 }
 
-/// Returns the bytes of a target for the whole picture; 0 where there is none.
+/// Returns the bytes of a target for the whole picture; 0 if the plan lacks it.
 pub(in crate::plan) fn bytes_of_target(plan: &FramePlan, target: Target) -> u64 {
     let [width, height] = plan.extent_of(target).map(u64::from);
     let texel = plan.format_of(target).map_or(0, format_bytes) * plan.samples_of(target);

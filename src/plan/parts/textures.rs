@@ -47,7 +47,7 @@ pub(super) fn textures(scene: &Scene, settings: &Settings, plan: &FramePlan) -> 
     parts
 }
 
-/// Returns the part about textures of compressed files: those decoded to texels, and the bytes that the blocks of the others save.
+/// Returns the part about textures of compressed files: the number decoded to texels, and the bytes saved by textures that stay compressed.
 fn decoded(plan: &FramePlan) -> Part {
     let images = || plan.textures.images.iter().filter(|image| image.compressed.is_some());
     let count = |is: &dyn Fn(&PlannedTexture) -> bool| images().filter(|image| is(image)).count();
@@ -65,7 +65,7 @@ fn decoded(plan: &FramePlan) -> Part {
     ];
     let says: Vec<String> = says.into_iter().filter(|(count, _)| *count > 0).map(|(_, says)| says).collect();
     let reason = if says.is_empty() { "no texture is compressed in its file".into() } else { says.join("; ") };
-    // Their bytes count with the textures of their slots.
+    // The bytes are counted with the textures of each slot.
     part("decoded textures", lacking + foreign > 0, reason, 0).is(OptionalPart::DecodedTextures)
 }
 
@@ -95,7 +95,7 @@ fn masks(scene: &Scene, plan: &FramePlan) -> [Part; 3] {
         0 => "every mask cuts something and leaves something".into(),
         _ => format!("masks that cut nothing: {}; that leave nothing: {}", materials.opened, materials.emptied),
     };
-    // Their bytes count with the textures of their slots.
+    // The bytes are counted with the textures of each slot.
     [
         part("constant textures", keeps(OptionalPart::ConstantTextures, constant), why_constant, 0)
             .is(OptionalPart::ConstantTextures),

@@ -58,7 +58,7 @@ pub fn tiled_plans() -> Named {
     once(&KEPT, || [light_paths(FramePlan::is_tiled), multisampled_tiled()].concat())
 }
 
-/// The same of several samples a pixel: layouts of floats, outputs, and ways to resolve.
+/// Plans of compute lighting with several samples a pixel: layouts without integers, outputs, and ways to resolve.
 fn multisampled_tiled() -> Named {
     let mut plans = Vec::new();
     for (scene_name, scene) in scenes() {
@@ -77,7 +77,7 @@ fn multisampled_tiled() -> Named {
                     match FramePlan::of(&scene, &settings, &device()) {
                         Err(error) if is_left_out(&error) => {}
                         Err(error) => panic!("{name}: {error}"),
-                        // Without a light there is nothing for it to do.
+                        // A plan without lights has no compute pass.
                         Ok(plan) => plans.extend(plan.is_tiled().then_some((name, plan))),
                     }
                 }
@@ -93,7 +93,7 @@ fn is_left_out(error: &PlanError) -> bool {
     matches!(error, PlanError::Refused(Refusal { why: RefusalReason::WritesPicture(_), .. }) | PlanError::Visibility(_))
 }
 
-/// Plans without a G-buffer: both paths, with and without what is drawn before and after FORWARD.
+/// Plans without a G-buffer: both forward paths, with and without passes before and after FORWARD.
 pub fn forward_plans() -> Named {
     let cases = [
         ("culled on the device", Settings { culling: Culling::Gpu, depth_prepass: Some(false), ..Settings::default() }),
@@ -217,7 +217,7 @@ fn made_plans_of_effects() -> Named {
             let name = format!("{scene_name} {}{frame}", names.join(", "));
             match FramePlan::of(&scene, &settings, &device()) {
                 Ok(plan) => plans.push((name, plan)),
-                // A light path may lack what a view shows.
+                // A light path may not support a view.
                 Err(_) if variations.iter().any(|variation| variation.is_alone) => {}
                 Err(error) => assert!(matches!(error, PlanError::Refused(_)), "{name}: {error}"),
             }

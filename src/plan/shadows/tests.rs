@@ -118,7 +118,7 @@ fn what_a_light_is_short_of_is_named() {
     assert!(!warnings[0].contains("budget"), "{warnings:?}");
 }
 
-/// Under a sky whose light comes from so many directions.
+/// Plans maps under a sky that lights from `directions` directions.
 fn tiles_under_sky(lights: Vec<Light>, directions: u32, budget: u32) -> (Option<ShadowPlan>, Vec<String>) {
     let scene = samples::scene(vec![Material::default()], lights);
     let shadows = ShadowSettings { size: 1024, budget, ..three() };

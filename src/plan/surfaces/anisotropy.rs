@@ -13,12 +13,12 @@ pub(in crate::plan) fn degree(settings: &Settings, device: &Capabilities) -> u32
 
 /// Edge of the square of a pixel, in pixels, that a frame filters textures for: the level falls by its logarithm.
 ///
-/// Each of N jittered frames stands for an N-th of the pixel. If each filtered for all of it, their mean would be blurred twice, however many they
-/// are. So a frame filters for a square of 1 / sqrt(N). Where the pixel lies on the texture as an ellipse A times as long as wide, N squares of
-/// the edge 1 / sqrt(N A) of its long side have its area: the frames are the places of anisotropic filtering, and the sampler needs none of its own.
-/// There are at most N places. Surfaces seen from the front are filtered for less than their share then, which the mean over the frames makes up for.
+/// Each of N jittered frames stands for an N-th of the pixel. If each filtered for the whole pixel, their mean would be blurred twice, for any N. So
+/// a frame filters for a square of 1 / sqrt(N). If a pixel covers an ellipse on the texture, A times as long as wide, its area equals N squares whose
+/// edge is 1 / sqrt(N A) of the long side: the frames are the samples of anisotropic filtering, and the sampler takes only one, with A at most N.
+/// Surfaces seen from the front are then filtered for less than their share, but the mean over the frames makes up for it.
 ///
-/// The hardware's samples change nothing: a surface is shaded once for all samples of a pixel, so that it is filtered for the whole pixel.
+/// Multisampling changes nothing: a surface is shaded once for all samples of a pixel, so it is filtered for the whole pixel.
 ///
 /// relMSE of pictures of 320x180 by N and the edge, lavapipe (`render --samples N`, against truths of 256 and 128 samples; docs/REPORT.md):
 ///
@@ -34,9 +34,9 @@ pub(in crate::plan) fn footprint(settings: &Settings) -> f32 {
     (frames * longest).sqrt().recip() as f32
 }
 
-/// Where a driver's samplers go through all texels that a pixel covers, shaders filter from as many places (`places_of` in `shaders/shared/material.wgsl`), with
-/// one sample of one level a place. Time of a frame and error of its picture, lavapipe of Mesa 22.3.6 on two busy cores, 8 places, against 256 samples a
-/// pixel (`bench --still`; `render --samples 1 --size 640x360` and `compare`):
+/// If a driver's samplers read all texels that a pixel covers, shaders filter instead (`places_of` in `shaders/shared/material.wgsl`), with one
+/// sample of one level at each of as many places. Time of a frame and error of its picture, lavapipe of Mesa 22.3.6 on two busy cores, 8 places,
+/// against 256 samples a pixel (`bench --still`; `render --samples 1 --size 640x360` and `compare`):
 ///
 /// | | `builtin:hall`, 640x360 | mean FLIP | Crytek Sponza, 1280x720 | mean FLIP |
 /// |---|---|---|---|---|

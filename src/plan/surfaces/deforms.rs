@@ -13,26 +13,26 @@ pub struct PlannedDeform {
     pub object: usize,
     /// Index into the scene's meshes, of the mesh that it deforms.
     pub mesh: usize,
-    /// Its first vertex in each stream of the deformed ones.
+    /// The first vertex, in each stream of deformed vertices.
     pub first_vertex: u32,
-    /// Its first joint in the palette of a frame, where it has a skin.
+    /// The first joint in a frame's palette, if it has a skin.
     pub first_joint: Option<u32>,
-    /// Its first weight among those of a frame, where its mesh has shapes.
+    /// The first weight among all weights of a frame, if its mesh has shapes.
     pub first_weight: Option<u32>,
 }
 
 /// All deformed meshes of a plan.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct DeformPlan {
-    /// In the order of their first objects.
+    /// The deformed meshes, in the order of their first objects.
     pub meshes: Vec<PlannedDeform>,
     /// Objects of the scene in its order, each with the place of its mesh in [`DeformPlan::meshes`].
     pub objects: Vec<(usize, usize)>,
-    /// Of all of them; each has a position.
+    /// Vertices of all deformed meshes; each has a position.
     pub vertices: u64,
-    /// The streams that some pipeline reads of one of them.
+    /// The streams that pipelines read of any deformed mesh.
     pub streams: Streams,
-    /// SKIN keeps the positions of the pose before: they lie behind all streams.
+    /// SKIN keeps the positions of the previous pose, behind all streams.
     pub keeps_positions: bool,
     /// Joints of all palettes.
     pub joints: u64,

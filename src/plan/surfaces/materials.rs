@@ -17,15 +17,15 @@ use crate::scene::{
 /// Materials as they are drawn, and the record of their simplification.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct EffectiveMaterials {
-    /// As many as the scene has, in its order. [`Material::ambient`] is the share of ambient light for every model.
+    /// The scene's materials, in its order. [`Material::ambient`] is the share of ambient light for every model.
     pub all: Vec<Material>,
     /// Textures of one colour, which a factor can hold, whether they are kept or not.
     pub constant: BTreeSet<usize>,
     /// Materials whose masks cut nothing, whether they are kept or not.
     pub opened: usize,
-    /// And those whose masks leave nothing.
+    /// Materials whose masks leave nothing, whether they are kept or not.
     pub emptied: usize,
-    /// Meshes whose vertices are not all white and whole.
+    /// Meshes whose vertices are not all white and opaque.
     pub colored: BTreeSet<usize>,
     /// Meshes of points and lines.
     pub strokes: BTreeSet<usize>,
@@ -91,7 +91,7 @@ impl EffectiveMaterials {
         material
     }
 
-    /// A material of the scene as these plans draw it, with nothing folded: materials that clips change are drawn so at each moment.
+    /// A material of the scene as the plan draws it, with no textures folded into factors, as materials that clips change are always drawn.
     pub(crate) fn as_drawn(&self, material: Material) -> Material {
         let mut own = simplified(material, self.view);
         if !own.has_lobes(own.model(self.brdf_override)) {
@@ -99,7 +99,7 @@ impl EffectiveMaterials {
             own.refraction = None;
             own.diffuse_transmission = DiffuseTransmission::NONE;
         }
-        // Only the front of a body is seen: what lies behind it comes through it.
+        // A body of glass shows only its front faces, and the picture behind it through them.
         if own.refracts(own.model(self.brdf_override)).is_some_and(|glass| glass.thickness > 0.0) {
             own.two_sided = false;
         }
@@ -230,7 +230,7 @@ fn moving_maps(scene: &Scene) -> BTreeSet<usize> {
 /// Red, green, blue and alpha: which of them count.
 type ChannelMask = [bool; 4];
 
-/// Values that textures have all over; each texture is looked through once for each use that differs.
+/// Values that are constant over whole textures. Each texture is scanned once for each different use.
 struct TexelStatistics<'a> {
     textures: &'a [Texture],
     colors: BTreeMap<(usize, ChannelMask), Option<[f64; 4]>>,
@@ -238,7 +238,7 @@ struct TexelStatistics<'a> {
 }
 
 impl<'a> TexelStatistics<'a> {
-    /// A texture of which the plan can read the texels. Of others it supposes nothing.
+    /// Returns a texture if its texels can be read. The plan assumes nothing about other textures.
     fn readable(&self, index: usize) -> Option<&'a Texture> {
         self.textures.get(index).filter(|texture| texture.is_readable())
     }

@@ -10,15 +10,15 @@ use crate::scene::{Keep, Level, Mesh, Object, OptionalPart, STROKE_VERTICES, Sce
 /// Bits of an index.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum IndexWidth {
-    /// For meshes of at most 65536 vertices.
+    /// The width for meshes of at most 65536 vertices.
     Bits16,
-    /// For larger meshes, and for all where [`OptionalPart::WideIndices`] is kept.
+    /// The width for larger meshes, and for all meshes if [`OptionalPart::WideIndices`] is kept.
     Bits32,
 }
 
 impl IndexWidth {
-    /// Vertices that 16 bits can number. The last one is 0xffff, which is a vertex like any other: it restarts primitives only where
-    /// `primitiveRestartEnable` is set, and no pipeline sets it.
+    /// Vertices that 16 bits can number. The last one, 0xffff, is an ordinary vertex: it restarts primitives only if `primitiveRestartEnable` is set,
+    /// and no pipeline sets it.
     const MOST_OF_16_BITS: usize = 1 << 16;
 
     fn of(vertices: usize, keep: Keep) -> Self {
@@ -28,7 +28,7 @@ impl IndexWidth {
         }
     }
 
-    /// Of one index: 2 or 4.
+    /// Bytes of an index: 2 or 4.
     pub fn bytes(self) -> u64 {
         match self {
             Self::Bits16 => 2,
@@ -37,16 +37,16 @@ impl IndexWidth {
     }
 }
 
-/// A mesh as it lies in the shared buffers.
+/// A mesh in the shared buffers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlannedMesh {
     /// Index into the scene's meshes.
     pub mesh: usize,
-    /// Its first vertex, in all streams that it has; `None` where every object that has it is deformed, so that only its indices are there.
+    /// The first vertex in all of its streams; `None` if all of its objects are deformed, so that only its indices are stored.
     pub first_vertex: Option<u32>,
-    /// Vertices in each of them.
+    /// Vertices in each stream.
     pub vertices: u32,
-    /// Its first index, in the buffer of its width.
+    /// The first index, in the buffer of its width.
     pub first_index: u32,
     /// Three for each triangle.
     pub index_count: u32,
@@ -54,29 +54,30 @@ pub struct PlannedMesh {
     pub width: IndexWidth,
     /// Streams that a pipeline reads of it, or that are kept.
     pub streams: Streams,
-    /// Its levels of detail, the finest first, whose indices follow its own.
+    /// Levels of detail, the finest first, whose indices follow the mesh's own.
     pub levels: Vec<PlannedLevel>,
 }
 
-/// A level of detail of a mesh, as it lies in the index buffer of the mesh.
+/// A level of detail, in the index buffer of its mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlannedLevel {
-    /// Its first index.
+    /// The first index.
     pub first_index: u32,
     /// Three for each triangle.
     pub index_count: u32,
-    /// The vertex of the mesh with which its first triangle begins, where triangles are numbered.
+    /// The vertex of the mesh that begins the level's first triangle, if triangles are numbered.
     pub begin: u32,
     /// As [`Level::error`].
     pub error: f64,
 }
 
-/// The meshes of a plan. Those that need most streams come first, so that each stream ends early and all share one first vertex.
+/// The meshes of a plan. Meshes that need more streams come first, so that each stream ends early and a mesh has the same first vertex in all
+/// streams.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct MeshPlan {
-    /// In the order in which they lie in the buffers.
+    /// The meshes in the order of the buffers.
     pub meshes: Vec<PlannedMesh>,
-    /// Triangles are told by their vertices: meshes lie there as [`NumberedMesh`]es.
+    /// Triangles are identified by their vertices: meshes are stored as [`NumberedMesh`]es.
     pub numbered: bool,
     /// Vertices of all meshes; each has a position.
     pub vertices: u64,
@@ -94,9 +95,9 @@ pub struct MeshPlan {
     pub indices_16: u64,
     /// Indices in the buffer of 32-bit ones.
     pub indices_32: u64,
-    /// Of triangles that are sorted for each frame.
+    /// The index width of triangles that are sorted for each frame, if some are.
     pub sorted_width: Option<IndexWidth>,
-    /// Objects that are deformed, and have vertices of their own.
+    /// Deformed objects, whose vertices are stored separately.
     pub deforms: DeformPlan,
 }
 
@@ -144,7 +145,7 @@ impl MeshPlan {
             let vertices = numbered.get(place).map_or(data.positions.len(), |numbered| numbered.sources.len());
             planned.push((mesh, data), vertices, own, keep);
         }
-        // Deformed objects share their mesh's indices, and have vertices of their own.
+        // Deformed objects share their mesh's indices; their vertices are stored separately.
         for mesh in (0..scene.meshes.len()).filter(|&mesh| deformed[mesh] && streams[mesh].is_none()) {
             let data = &scene.meshes[mesh];
             planned.push_indices((mesh, data), (None, data.positions.len()), Streams::default(), keep);
@@ -153,7 +154,7 @@ impl MeshPlan {
         planned
     }
 
-    /// Behind the indices of all meshes.
+    /// Appends the levels behind the indices of all meshes.
     fn add_levels(&mut self, levels: &[Arc<[Level]>], numbered: &[NumberedMesh]) {
         for (place, planned) in self.meshes.iter_mut().enumerate() {
             let Some(levels) = levels.get(planned.mesh) else { continue };
@@ -254,13 +255,14 @@ impl MeshPlan {
     }
 }
 
-/// The first vertex of a mesh behind so many others. That of strokes is a multiple of a stroke's, so that shaders know a vertex's corner by its number.
+/// The first vertex of a mesh behind `others` vertices. Strokes begin at a multiple of a stroke's vertices, so that shaders derive a vertex's corner
+/// from its number.
 pub(super) fn first_vertex(others: u64, mesh: &Mesh) -> u64 {
     if mesh.is_strokes { others.next_multiple_of(STROKE_VERTICES as u64) } else { others }
 }
 
-/// By mesh: its levels of detail, if any are to be drawn; empty where none of any mesh are. Transparent meshes are drawn whole, as their triangles
-/// are sorted, and so are deformed ones, as the error of a level is that of the mesh at rest.
+/// The levels of detail to be drawn, by mesh; empty if levels are off. Transparent meshes are drawn whole, because their triangles are sorted.
+/// Deformed meshes are drawn whole, because a level's error holds for the mesh at rest.
 fn levels_of(scene: &Scene, rules: &SurfaceRules) -> Vec<Arc<[Level]>> {
     if rules.lod <= 0.0 {
         return Vec::new();
@@ -317,7 +319,7 @@ mod tests {
     use crate::plan::samples::{self, keeping, plan};
     use crate::scene::{Brdf, CastsShadow, Material, Settings, View};
 
-    /// A triangle of so many vertices, of which all but three belong to no triangle.
+    /// A mesh with one triangle; its other vertices belong to no triangle.
     fn mesh_of(vertices: usize) -> Mesh {
         let points: Vec<_> = (0..vertices).map(|i| DVec3::new((i % 2) as f64, (i % 3) as f64, 0.0)).collect();
         let mut mesh = Mesh::from_points("wide", &points);

@@ -1,17 +1,17 @@
-//! The light path `visibility` tells a triangle by the vertex with which it begins. A fragment shader that reads `primitive_index` makes a GPU draw triangles for a
-//! third longer (docs/LIGHT_PATHS.md, "What a G-buffer costs"). A flat value, which is that of the first vertex, costs nothing; but no two triangles may begin
-//! with the same vertex.
+//! The light path `visibility` identifies a triangle by its first vertex. A fragment shader that reads `primitive_index` would make a GPU draw
+//! triangles for a third longer (docs/LIGHT_PATHS.md, "What a G-buffer costs"). A flat value, taken from the first vertex, costs nothing, but no two
+//! triangles may begin with the same vertex.
 
 use crate::scene::Mesh;
 
 /// A mesh with vertices and indices in another order: its triangle i begins with its vertex i.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct NumberedMesh {
-    /// By vertex: which of the scene's mesh it is. Those with which no triangle of the mesh begins come last.
+    /// The index of each vertex in the scene's mesh. Vertices that begin no triangle of the mesh come last.
     pub sources: Vec<u32>,
-    /// Three a triangle: in the order of the mesh's triangles, the same way round.
+    /// Three indices a triangle, in the order and with the winding of the mesh's triangles.
     pub indices: Vec<u32>,
-    /// By level of detail.
+    /// The levels of detail.
     pub levels: Vec<NumberedLevel>,
 }
 
@@ -29,7 +29,7 @@ const NONE: u32 = u32::MAX;
 /// The vertices so far.
 struct VertexCopies {
     sources: Vec<u32>,
-    /// By vertex of the scene's mesh: its newest copy.
+    /// The newest copy of each vertex of the scene's mesh.
     latest: Vec<u32>,
 }
 
@@ -41,13 +41,13 @@ impl VertexCopies {
         vertex
     }
 
-    /// Adds a vertex for each triangle to begin with, and returns the indices of all. A GPU transforms vertices in groups, one for some 32 that follow each
-    /// other, so triangles share the vertices of those near them: each begins with the corner that has no vertex yet, or that got one the longest ago, and its
-    /// other corners are the nearest of their vertices.
+    /// Adds a first vertex for each triangle, and returns the indices of all triangles. A GPU transforms vertices in groups of some 32 consecutive
+    /// ones, so triangles should share vertices with their neighbours: each begins with the corner that has no copy yet, or the oldest one, and uses
+    /// the nearest copies of its other corners.
     fn add(&mut self, indices: &[u32]) -> Vec<u32> {
         let mut triangles: Vec<([u32; 3], [u32; 3])> = Vec::with_capacity(indices.len() / 3);
         for &[a, b, c] in indices.as_chunks::<3>().0 {
-            // NONE becomes 0, which is before all.
+            // NONE becomes 0, which sorts before all others.
             let since = |source: u32| self.latest[source as usize].wrapping_add(1);
             let turned = [[a, b, c], [b, c, a], [c, a, b]];
             let own = turned.into_iter().min_by_key(|&[begin, ..]| since(begin)).unwrap_or([a, b, c]);
@@ -69,7 +69,7 @@ impl VertexCopies {
     }
 }
 
-/// Returns which of two vertices, one before and one after, lies nearer; the other one where one is NONE.
+/// Returns the nearer of two vertices, one before and one after; if one is NONE, the other.
 fn nearest(own: u32, before: u32, after: u32) -> u32 {
     match (before, after) {
         (NONE, after) => after,
@@ -80,7 +80,7 @@ fn nearest(own: u32, before: u32, after: u32) -> u32 {
 }
 
 impl NumberedMesh {
-    /// Numbers the triangles of a mesh, and of the first so many of its levels of detail.
+    /// Numbers the triangles of a mesh and of its first `levels` levels of detail.
     pub fn of(mesh: &Mesh, levels: usize) -> Self {
         let mut vertices = VertexCopies {
             sources: Vec::with_capacity(mesh.indices.len() / 3),

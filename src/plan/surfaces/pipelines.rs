@@ -63,26 +63,26 @@ pub enum Opacity {
 pub struct ForwardKey {
     /// [`Material::brdf`], or the override of the settings.
     pub brdf: Brdf,
-    /// From [`Material::alpha_mode`].
+    /// The opacity, from [`Material::alpha_mode`].
     pub opacity: Opacity,
-    /// True if emission is added; in views that show none it is not.
+    /// True if emission is added; false in views without emission.
     pub emissive: bool,
 }
 
-/// Rare attributes of vertices and instances, whose shaders are variants of their own.
+/// Rare attributes of vertices and instances, which need separate shader variants.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct Extras {
     /// Colours of vertices multiply the base colour and alpha.
     pub colors: bool,
-    /// And the light that the surface emits, as it is unlit. So do tints of instances.
+    /// Vertex colours and instance tints also multiply the emitted light, as the surface is unlit.
     pub colored_light: bool,
-    /// Textures lie on the mesh in other ways than as its first coordinates say, or may come to.
+    /// Textures use other coordinates than the mesh's first set, or may come to.
     pub uv_maps: bool,
-    /// Some of them by its second coordinates.
+    /// Some textures use the mesh's second coordinates.
     pub second_uvs: bool,
-    /// Instances say how they look: a tint, whether they are selected, and a cell.
+    /// Instances have looks: a tint, a selection flag, and a cell.
     pub looks: bool,
-    /// Textures are atlases, of which instances show a cell each.
+    /// Textures are atlases, and each instance shows a cell.
     pub cells: bool,
     /// The mesh is points and lines.
     pub strokes: bool,
@@ -95,18 +95,18 @@ impl Extras {
     }
 }
 
-/// All that sets one pipeline for surfaces apart from another within a plan.
+/// The key by which surface pipelines differ within a plan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct GeometryKey {
-    /// Only slots that this plan samples.
+    /// The texture slots that this plan samples.
     pub textures: TextureMask,
-    /// Each texture has a sampler of its own, as they are not sampled alike.
+    /// Each texture has a separate sampler, as their samplers differ.
     pub own_samplers: bool,
     /// Vertex colours and UV maps.
     pub extras: Extras,
     /// Discards fragments by the alpha of the base-colour texture, or of vertices.
     pub masked: bool,
-    /// Compares alpha with the cut-off: masked surfaces, and, where such code is kept, all opaque ones, with a cut-off of 0.
+    /// Compares alpha with the cut-off: for masked surfaces and, if that code is kept, for all opaque ones with a cut-off of 0.
     pub discards: bool,
     /// Draws back faces as well, with their normals turned.
     pub two_sided: bool,
@@ -114,11 +114,11 @@ pub struct GeometryKey {
     pub mirrored: bool,
     /// Stores a shininess, not a roughness.
     pub phong: bool,
-    /// Has a reflectance of its dielectric share, as it or the G-buffer that it goes into has no usual one.
+    /// Evaluates or stores an explicit dielectric reflectance, because its own is unusual or the G-buffer stores reflectance.
     pub reflectance: bool,
     /// The lobes beside base and highlight.
     pub lobes: LobeMask,
-    /// Shadows fall on it; always where there are none.
+    /// Receives shadows; always true in plans without shadows.
     pub receives: bool,
     /// The forward lighting; none for surfaces that go into the G-buffer.
     pub forward: Option<ForwardKey>,
@@ -154,12 +154,12 @@ impl ForwardKey {
 }
 
 impl GeometryKey {
-    /// Returns true if its shader has the code of extras. A shader with lobes always has it, so that there are half as many variants.
+    /// Returns true if its shader has code for extras. A shader with lobes always has it, which halves the number of variants.
     pub fn has_extras(&self) -> bool {
         self.extras.any() || self.forward.is_some() && !self.lobes.is_empty()
     }
 
-    /// Returns true if a depth pre-pass draws such surfaces, should there be one.
+    /// Returns true if a depth pre-pass would draw these surfaces.
     pub fn is_in_prepass(&self) -> bool {
         !self.masked && !self.extras.strokes
     }
@@ -214,7 +214,7 @@ impl GeometryKey {
         }
     }
 
-    /// The textures of its own that an object's pipeline samples.
+    /// The slots of an object's material that its pipeline samples.
     pub(super) fn own_textures(object: &Object, rules: &SurfaceRules) -> TextureMask {
         let material = rules.material(object);
         let counting = rules.shading.only_covers();

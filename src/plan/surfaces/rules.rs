@@ -16,9 +16,9 @@ pub(crate) struct SurfaceRules<'a> {
     pub shading: Shading,
     /// There is no G-buffer: surfaces are lit as they are drawn, or looked up.
     pub forward: bool,
-    /// They are looked up.
+    /// Surfaces are looked up.
     pub looked_up: bool,
-    /// The shadow maps, where there are some.
+    /// The shadow maps, if the plan has any.
     pub shadow: Option<&'a ShadowPlan>,
     pub emissive: bool,
     /// The G-buffer has the reflectance of Cook-Torrance surfaces.
@@ -28,7 +28,7 @@ pub(crate) struct SurfaceRules<'a> {
     pub lobes: bool,
     pub transparency: Option<Transparency>,
     pub brdf_override: Option<Brdf>,
-    /// The greatest error of levels of detail, in pixels; 0 where meshes are drawn themselves.
+    /// The greatest error of levels of detail, in pixels; 0 without levels.
     pub lod: f32,
     pub keep: Keep,
 }
@@ -169,7 +169,7 @@ impl<'a> SurfaceRules<'a> {
         self.materials.strokes.contains(&object.mesh)
     }
 
-    /// An alpha below the cut-off that nothing changes: nothing of the object is there.
+    /// Returns true if a constant alpha makes the whole object invisible.
     fn is_cut_away(&self, object: &Object) -> bool {
         let material = self.material(object);
         match material.alpha_mode {
@@ -177,7 +177,7 @@ impl<'a> SurfaceRules<'a> {
                 let varies = material.base_color_texture.is_some() || self.is_colored(object);
                 !varies && material.alpha < cutoff
             }
-            // Without a highlight nothing is left of it.
+            // An alpha of 0 leaves these no highlight either, unlike glass.
             AlphaMode::Blend | AlphaMode::Coat => material.alpha <= 0.0,
             AlphaMode::Opaque | AlphaMode::Glass => false,
         }

@@ -1,4 +1,4 @@
-//! The textures on the device, and those that each material's pipelines sample.
+//! The textures on the device, and the textures that each material's pipelines sample.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -52,22 +52,22 @@ pub struct PlannedTexture {
     pub source: TextureSource,
     /// Width and height in texels.
     pub size: [u32; 2],
-    /// White is linear: codes of 255 are exactly 1 without a curve.
+    /// The colour space. Neutral white is linear: codes of 255 are exactly 1 without a curve.
     pub color_space: ColorSpace,
-    /// The way in which it is sampled. Neutral ones have the same value in every way.
+    /// The sampler. Neutral textures have the same value with any sampler.
     pub sampler: Sampler,
-    /// Where it is an atlas, its cells: each is a layer of an array of images of this size. A filter never leaves a layer, and each level of a layer
-    /// is made of that layer alone; so cells cannot bleed into each other, whatever the level, the filter and the anisotropy. In one image side by
-    /// side they would: the smallest levels have less than a texel a cell.
+    /// The number of cells of an atlas: each cell is a layer of an array image of this size. A filter never leaves a layer, and each level of a layer
+    /// is made from that layer alone, so cells cannot bleed into each other with any level, filter or anisotropy. Side by side in one image they
+    /// would: the smallest levels have less than a texel a cell.
     pub cells: Option<u32>,
-    /// Those that the texture has, or down to one texel; one where only the largest is looked at.
+    /// The number of mip levels: the file's, or down to one texel; 1 if only the largest is sampled.
     pub levels: u32,
-    /// True if levels are made by blits: all of 8-bit RGBA but the first. Its formats must be blittable with linear filtering on every device,
-    /// by the table of required formats.
+    /// True if blits make all levels but the first, in 8-bit RGBA. Vulkan's table of required formats makes these formats blittable with linear
+    /// filtering on every device.
     pub makes_levels: bool,
-    /// The blocks that lie on the device as the file has them; `None`: 8-bit RGBA.
+    /// The format of the file's blocks if they stay compressed on the device; `None` for 8-bit RGBA.
     pub blocks: Option<BlockFormat>,
-    /// The blocks of the file.
+    /// The format of the file's blocks.
     pub compressed: Option<BlockFormat>,
 }
 
@@ -84,8 +84,9 @@ pub fn texture_format(blocks: Option<BlockFormat>, color_space: ColorSpace) -> v
 }
 
 impl PlannedTexture {
-    /// Of a material whose atlas has so many rows and columns. A texture of the scene in blocks stays in them where `samples` says so, unless it is an
-    /// atlas, or its sampler looks between levels that the file lacks: blocks cannot be blitted, and levels of a file may mix cells.
+    /// Plans a texture of a material with an atlas of these rows and columns. Block-compressed textures stay compressed if `samples` accepts their
+    /// format, unless the texture is an atlas or its sampler uses levels that the file lacks: blocks cannot be blitted, and a file's levels may mix
+    /// cells.
     fn of(scene: &Scene, (source, atlas): Atlas, samples: impl Fn(BlockFormat) -> bool) -> Self {
         let [rows, columns] = atlas;
         let texture = match source {
@@ -97,7 +98,7 @@ impl PlannedTexture {
                 (own.size, own.color_space, own.sampler)
             });
         let size = [width / columns, height / rows];
-        // A neutral one is the same in all cells, and a layer beyond the last is the last (Vulkan, "Image Operations").
+        // Neutral textures need one layer only: all cells are equal, and layer indices are clamped to the last one (Vulkan, "Image Operations").
         let count = if texture.is_some() { rows * columns } else { 1 };
         let cells = (atlas != [1, 1]).then_some(count);
         let wanted = sampler.levels.map_or(1, |_| most_levels(size));
@@ -123,7 +124,7 @@ impl PlannedTexture {
         Self { cells: Some(rows * columns), ..own }
     }
 
-    /// The number of its images, if an array has at most so many layers.
+    /// The number of array images that its cells need, with at most `most` layers each.
     pub fn sheets(&self, most: u32) -> u32 {
         self.cells.map_or(1, |cells| cells.div_ceil(most.max(1)))
     }
@@ -133,7 +134,7 @@ impl PlannedTexture {
         texture_format(self.blocks, self.color_space)
     }
 
-    /// Of all levels and cells, as images without padding have them.
+    /// Bytes of all levels and cells without padding.
     pub fn bytes(&self) -> u64 {
         self.bytes_in(self.blocks)
     }
@@ -143,7 +144,7 @@ impl PlannedTexture {
         self.bytes_in(None) - self.bytes()
     }
 
-    /// As [`PlannedTexture::bytes`], were it in this format.
+    /// Bytes of all levels and cells if stored in this format.
     fn bytes_in(&self, blocks: Option<BlockFormat>) -> u64 {
         let level_bytes = |size: [u32; 2]| match blocks {
             Some(format) => format.level_bytes(size),
@@ -154,36 +155,36 @@ impl PlannedTexture {
     }
 }
 
-/// A texture as a material with an atlas of so many rows and columns samples it.
+/// A texture, with the rows and columns of the atlas that a material samples it as.
 type Atlas = (TextureSource, [u32; 2]);
 
-/// A layer is told in 15 bits (`src/visible/looks.rs`).
+/// The number of layers that 15 bits can index (`src/visible/looks.rs`).
 const MOST_LAYERS: u32 = 1 << 15;
 
 /// The samplers of the textures of a set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SetSamplers {
-    /// All alike.
+    /// One sampler for all textures.
     One(Sampler),
-    /// Each by a sampler of its own.
+    /// A separate sampler for each texture.
     Each,
 }
 
 /// The textures of a plan. Indices are into [`TexturePlan::images`].
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct TexturePlan {
-    /// In the order of the scene; neutral ones last.
+    /// The textures in the order of the scene; neutral ones last.
     pub images: Vec<PlannedTexture>,
-    /// By material, the images that its pipelines sample: exactly those that they bind.
+    /// The images that each material's pipelines sample, by material. The pipelines bind exactly these.
     pub sets: BTreeMap<usize, BTreeMap<TextureSlot, usize>>,
     /// By material, the base colour that cuts holes into its shadow, or tints it.
     pub holes: BTreeMap<usize, usize>,
     /// Materials with UV maps in the frame's buffer, in the order of their records there.
     pub mapped: Vec<usize>,
-    /// The rows of such a record: one for each slot that the plan's shaders know.
+    /// Rows of a record: one for each slot that the plan's shaders know.
     pub mapped_slots: usize,
-    /// The most cells of one array: an atlas of more is several arrays, the sheets, and instances with cells of different sheets are drawn by a
-    /// command for each. 0 in a plan without textures.
+    /// The most cells of one array. A larger atlas is split into several arrays, the sheets, and each sheet's instances need a separate draw. 0 in a
+    /// plan without textures.
     pub sheet: u32,
 }
 
@@ -246,7 +247,7 @@ impl TexturePlan {
         (cell / sheet, cell % sheet)
     }
 
-    /// The samplers of a material's set: that of the first texture of the scene's own for all, or each texture's own.
+    /// The samplers of a material's set: one if all of its scene textures have the same sampler, otherwise one for each texture.
     pub fn samplers(&self, material: usize) -> SetSamplers {
         let own = self.sets.get(&material).into_iter().flat_map(BTreeMap::values).map(|&image| &self.images[image]);
         let own: BTreeSet<Sampler> = own.filter(|own| own.source.texel().is_none()).map(|own| own.sampler).collect();
@@ -256,14 +257,14 @@ impl TexturePlan {
         }
     }
 
-    /// The first row of a material's record among those of all, if it has one.
+    /// The first row of a material's record in the buffer of all records, if it has one.
     pub fn first_uv_map(&self, material: usize) -> Option<u32> {
         let record = self.mapped.binary_search(&material).ok()?;
         Some((record * self.mapped_slots) as u32)
     }
 
-    /// The place of a material's texture on a mesh, as shaders have it: the rows of the map, the first one with its set beside. Offsets are shorter
-    /// by as many images as make no difference where the image repeats, before they become f32.
+    /// The UV map of a material's texture in the shaders' form: the rows of the map, the first with the UV set in w. Offsets are reduced by whole
+    /// periods of a repeating image before they become f32.
     pub fn uv_rows(&self, material: usize, slot: TextureSlot, map: &UvMap) -> [Vec4; 2] {
         let hole = self.holes.get(&material).filter(|_| slot == TextureSlot::BaseColor);
         let image = self.sets.get(&material).and_then(|set| set.get(&slot)).or(hole);
@@ -291,12 +292,12 @@ impl TexturePlan {
         self.sets.values().flat_map(BTreeMap::values).chain(self.holes.values()).copied().collect()
     }
 
-    /// Returns true if something is sampled that has smaller levels.
+    /// Returns true if some sampled image has more than one level.
     pub fn have_levels(&self) -> bool {
         self.sampled().into_iter().any(|image| self.images[image].levels > 1)
     }
 
-    /// Of all images.
+    /// Bytes of all images.
     pub fn bytes(&self) -> u64 {
         self.images.iter().map(PlannedTexture::bytes).sum()
     }
@@ -340,7 +341,7 @@ mod tests {
         assert_eq!(textures.bytes(), 4 * (16 + 4 + 2 + 1) + 4 * (4 + 1));
     }
 
-    /// With blocks of 8x8 texels in these levels as the base colour.
+    /// A scene whose base colour has 8x8 texels in blocks of this format, and `count` levels.
     fn compressed(format: BlockFormat, count: u32) -> Scene {
         let mut scene = samples::scene(vec![samples::textured(Brdf::Lambert)], vec![]);
         // No two blocks alike, so that the texture is not of one colour.

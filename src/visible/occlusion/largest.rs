@@ -5,16 +5,15 @@ use crate::scene::{Aabb, Camera};
 use crate::visible::frustum::Frustum;
 use crate::visible::{DepthMapping, World};
 
-/// The occluders are the objects that cover this share of the picture or more, the largest first, until one of the sums is reached: objects, and
-/// triangles. A larger object is left out where its triangles are too many.
+/// The occluders are the objects that cover at least this share of the picture, the largest first, up to these numbers of objects and triangles. A
+/// larger object is left out if it has too many triangles.
 const LEAST_SHARE: f64 = 0.004;
 const MOST_OBJECTS: usize = 128;
 const MOST_TRIANGLES: usize = 32768;
-/// Objects that are looked at, as some may hide nothing.
+/// Objects that are considered, as some may hide nothing.
 const MOST_TRIED: usize = 4 * MOST_OBJECTS;
 
-/// The places in the world's list of the objects that hide others the most, in the order of the list. An object is as large as the square around its
-/// box's sphere.
+/// The places in the world's list of the best occluders, in the order of the list. The size of an object is the square around its box's sphere.
 pub(in crate::visible) fn largest(
     world: &World,
     (camera, frustum, depth): (&Camera, &Frustum, &DepthMapping),
@@ -29,7 +28,7 @@ pub(in crate::visible) fn largest(
     let mut triangles = 0;
     let hides = |place: &usize| {
         let object = &world.objects[list.object(*place)];
-        // A mask's holes are known where it is shaded.
+        // The holes of a mask are known only when it is shaded.
         let is_in = !object.transparent && !object.key.masked && triangles + object.triangles <= MOST_TRIANGLES;
         triangles += if is_in { object.triangles } else { 0 };
         is_in

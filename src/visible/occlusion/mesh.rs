@@ -19,7 +19,7 @@ impl OccluderMesh {
         let mut positions = Vec::new();
         let mut place = |index: u32| {
             let position = mesh.positions[index as usize];
-            // The same bits come out at the same place.
+            // Positions with equal bits are drawn at the same place.
             *places.entry(position.map(f32::to_bits)).or_insert_with(|| {
                 positions.push(Vec3::from(position));
                 (positions.len() - 1) as u32

@@ -1,4 +1,4 @@
-//! A mesh rasterised into the cells around it: those that it covers, and those that its outline comes near.
+//! A mesh rasterised into the cells around it: which cells it covers, and which its outline comes near.
 
 use glam::DVec2;
 
@@ -50,7 +50,7 @@ impl Sketch {
         row((low - self.slack).floor())..row((high + self.slack).floor() + 1.0)
     }
 
-    /// A triangle whose corners are so near ([`OcclusionView::nearness`]).
+    /// Rasterises a triangle with these corners, in cells, and their [`OcclusionView::nearness`].
     pub(super) fn triangle(&mut self, points: [DVec2; 3], nearness: [f64; 3]) {
         let [a, b, c] = points;
         let slack = self.slack;
@@ -58,7 +58,7 @@ impl Sketch {
         let (db, dc) = (nearness[1] - nearness[0], nearness[2] - nearness[0]);
         let slope = DVec2::new(db * (c - a).y - dc * (b - a).y, dc * (b - a).x - db * (c - a).x) / area;
         let least = nearness.into_iter().fold(f64::INFINITY, f64::min);
-        // To a cell's farthest corner, with the slack.
+        // The change of nearness towards a cell's farthest corner, with the slack.
         let reach = (slope.x.abs() + slope.y.abs()) * (0.5 + slack);
         let edges = [(a, b), (b, c), (c, a)];
         let (low, high) = (a.y.min(b.y).min(c.y), a.y.max(b.y).max(c.y));
@@ -68,12 +68,12 @@ impl Sketch {
             self.fill(row, (near.0 - slack, near.1 + slack), |column, cell| {
                 let middle = DVec2::new(column as f64 + 0.5, top + 0.5);
                 let here = nearness[0] + slope.dot(middle - a) - reach;
-                // Of a triangle that is seen from its edge the slope says nothing.
+                // The slope of a triangle seen edge-on is meaningless.
                 let here = if area.abs() > 1e-6 { here.max(least) } else { least };
                 cell.nearness = cell.nearness.min(here);
             });
             if let Some((left, right)) = span(&edges, top + 0.5, top + 0.5) {
-                // Only middles between both ends.
+                // Only cells whose middles are between both ends.
                 self.fill(row, ((left - 0.5).ceil(), right - 0.5), |_, cell| cell.is_covered = true);
             }
         }

@@ -6,18 +6,18 @@ use crate::scene::{Aabb, Camera};
 use crate::visible::DepthMapping;
 use crate::visible::clusters::axis_pixel;
 
-/// Cells across the picture at most (twice as many take twice the time and find 1% more), and pixels across a cell at least.
+/// Maximum cells across the picture (twice as many take twice the time and find 1% more), and minimum pixels across a cell.
 const COLUMNS: u32 = 128;
 const LEAST_CELL: u32 = 4;
-/// Pixels around an outline or a box in which nothing is taken for sure: vertices are rounded to parts of a pixel, samples lie beside centres.
+/// Pixels around an outline or a box in which nothing is certain: vertices are rounded to fractions of a pixel, and samples lie beside pixel centres.
 const SLACK_PIXELS: f64 = 2.0;
 
-/// From the world to cells, x to the right and y down.
+/// The mapping from the world to cells, x to the right and y down.
 pub(super) struct OcclusionView {
     axes: DMat3,
     pub(super) camera: Camera,
     pub(super) depth: DepthMapping,
-    /// Cells a unit of x or y over w.
+    /// Cells per unit of x or y over w.
     scale: f64,
     center: DVec2,
     pub(super) columns: usize,
@@ -61,27 +61,27 @@ impl OcclusionView {
         }
     }
 
-    /// In metres, z along the view.
+    /// A point in view space, in metres, z along the view.
     pub(super) fn place(&self, point: DVec3) -> DVec3 {
         self.axes * (point - self.camera.position)
     }
 
-    /// Something of a place that is linear over the picture of a triangle, and larger the nearer it is.
+    /// A measure that is linear over a triangle's image, and larger for nearer places.
     pub(super) fn nearness(&self, place: DVec3) -> f64 {
         if self.camera.is_orthographic() { -place.z } else { place.z.recip() }
     }
 
-    /// The distance along the view that has it.
+    /// The distance along the view with this nearness.
     pub(super) fn distance(&self, nearness: f64) -> f64 {
         if self.camera.is_orthographic() { -nearness } else { nearness.recip() }
     }
 
-    /// In cells; only for places beyond the near plane.
+    /// A place in cells; valid only beyond the near plane.
     pub(super) fn cell(&self, place: DVec3) -> DVec2 {
         place.truncate() * (self.scale / self.camera.w(place.z)) + self.center
     }
 
-    /// The cells from one place to another with the slack around them, if any is in the picture.
+    /// The cells from one place to another with slack around them, if any are in the picture.
     pub(super) fn range(&self, low: DVec2, high: DVec2) -> Option<Cells> {
         let axis = |low: f64, high: f64, count: usize| {
             let (low, high) = ((low - self.slack).floor(), (high + self.slack).floor());
@@ -91,7 +91,7 @@ impl OcclusionView {
         Some(Cells { columns: axis(low.x, high.x, self.columns)?, rows: axis(low.y, high.y, self.rows)? })
     }
 
-    /// Returns true if a box may come near so many cells: of the sphere around it, which is sooner known than of its corners.
+    /// Returns true if a box may come near at least `least` cells. It tests the sphere around the box, which is faster than its corners.
     pub(super) fn may_cover(&self, bounds: &Aabb, least: f64) -> bool {
         let (middle, radius) = (self.place(bounds.center()), bounds.radius());
         let [near, far] = [middle.z - radius, middle.z + radius].map(|z| self.camera.w(z));
@@ -105,7 +105,7 @@ impl OcclusionView {
         length(middle.x) * length(middle.y) >= least
     }
 
-    /// Cells of the square around a sphere of this radius where a box is nearest, in the middle of the picture.
+    /// The size in cells of the square around a sphere of this radius, at the nearest distance of a box, in the middle of the picture.
     pub(super) fn size(&self, bounds: &Aabb, radius: f64) -> f64 {
         let half = self.camera.forward().abs().dot(bounds.size() * 0.5);
         let nearest = self.place(bounds.center()).z - half;
@@ -113,7 +113,7 @@ impl OcclusionView {
         diameter * diameter
     }
 
-    /// The cells that a box comes near, and the distance of its nearest point; none where it is not wholly before the near plane.
+    /// The cells that a box comes near, and the distance of its nearest point; `None` if it is not wholly beyond the near plane.
     pub(super) fn footprint(&self, bounds: &Aabb) -> Option<(Option<Cells>, f64)> {
         let places = bounds.corners().map(|corner| self.place(corner));
         let nearest = places.iter().map(|place| place.z).fold(f64::INFINITY, f64::min);

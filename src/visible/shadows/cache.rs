@@ -12,7 +12,7 @@ use crate::visible::{Visible, World};
 pub struct MapDraw {
     /// Index into [`Visible::shadows`].
     pub map: usize,
-    /// In the order in which they are drawn.
+    /// The casters in draw order.
     pub casters: Vec<Caster>,
     /// Casters in the map's volume that are left out.
     pub idle: usize,
@@ -20,14 +20,14 @@ pub struct MapDraw {
 
 /// The maps that are up to date; the others are drawn.
 ///
-/// A map stays while it lies where it did, none of its casters has moved, and it has all casters that this frame needs. The longer a map is
-/// likely to last, the more casters it is drawn with: one that is drawn for the first time, or was drawn by the frame before as well, gets those
-/// that are needed now; one that lasted, or that only lacks those that a turning camera needs besides, gets all in its volume, so that the camera
+/// A map stays valid while its view is unchanged, none of its casters has moved, and it has all casters that this frame needs. The longer a map is
+/// likely to last, the more casters it is drawn with. A map that is drawn for the first time, or was also drawn by the previous frame, gets only the
+/// casters needed now. A map that lasted, or that only lacks casters because the camera turned, gets all casters in its volume, so that the camera
 /// may turn on.
 #[derive(Debug, Default)]
 pub struct ShadowCache {
     drawn: Vec<Option<DrawnMap>>,
-    /// The camera and the world's state that the maps were last held against.
+    /// The camera and the world's state that the maps were last compared with.
     held_against: Option<(Camera, u64)>,
 }
 
@@ -35,12 +35,12 @@ pub struct ShadowCache {
 struct DrawnMap {
     view: Arc<ShadowView>,
     casters: Vec<Caster>,
-    /// A frame after the one that drew it had use of it.
+    /// A later frame than the one that drew it used it.
     lasted: bool,
 }
 
 impl ShadowCache {
-    /// The maps that would lack something as they are; `visible` is what `camera` sees with a frame's `plan`.
+    /// The maps that must be drawn again, with their casters; `visible` holds the lists of `camera` with a frame's `plan`.
     pub fn stale(&self, world: &World, plan: &ShadowPlan, camera: &Camera, visible: &Visible) -> Vec<MapDraw> {
         let is_same_frame = self.held_against == Some((*camera, world.generation()));
         let draw = |(map, view): (usize, &Option<Arc<ShadowView>>)| {
@@ -64,7 +64,7 @@ impl ShadowCache {
         visible.shadows.iter().enumerate().filter_map(draw).collect()
     }
 
-    /// Remembers what a frame drew.
+    /// Remembers the maps that a frame drew.
     pub fn keep(&mut self, world: &World, camera: &Camera, visible: &Visible, draws: &[MapDraw]) {
         self.drawn.resize_with(visible.shadows.len(), || None);
         for (own, view) in self.drawn.iter_mut().zip(&visible.shadows) {

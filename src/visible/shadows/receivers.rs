@@ -1,8 +1,8 @@
-//! The casters that a map needs in a frame: those whose shadow falls on something visible.
+//! The casters that a map needs in a frame, because their shadows fall on something visible.
 //!
-//! Visible receivers of shadows lie in boxes; large boxes are cut into pieces, and the pieces out of view are dropped. For a map, a coarse grid over
-//! its texels has for each cell the farthest depth at which a visible receiver may look it up. A caster is needed if its box covers a cell
-//! with a receiver behind the box's nearest depth.
+//! Visible receivers of shadows are boxes; large boxes are cut into pieces, and pieces out of view are dropped. Each map has a coarse grid over its
+//! texels, which stores for each cell the farthest depth at which a visible receiver may sample it. A caster is needed if its box covers a cell with
+//! a receiver behind the box's nearest depth.
 
 use glam::DVec2;
 
@@ -20,9 +20,9 @@ const CELLS: usize = 64;
 /// of an orthographic view.
 const PIECE: f64 = 0.15;
 const MOST_CUTS: u32 = 9;
-/// Pieces of all boxes together; then those that are left stay whole.
+/// Pieces of all boxes together; once they are reached, the remaining boxes stay whole.
 const MOST_PIECES: usize = 2048;
-/// Of depths, for the rounding of f32: absolute where they are linear, else as a share.
+/// The slack of depths for the rounding of f32: absolute for linear depths, otherwise a share.
 const DEPTH_SLACK: f64 = 1e-5;
 
 /// The visible receivers of shadows.
@@ -36,16 +36,16 @@ pub struct Receivers {
 #[derive(Debug, Clone)]
 struct Piece {
     bounds: Aabb,
-    /// Its begin and end along the view.
+    /// The begin and the end along the view.
     along: (f64, f64),
 }
 
-/// The distance from a point at which its light is looked up.
+/// The distance from a point at which the shadow map is sampled for it.
 #[derive(Debug, Clone, Copy)]
 struct FilterReach {
     /// The offset along the normal, in texels.
     offset: f64,
-    /// True if a texel may be compared with a depth far from the point's own: that of its plane, which may be seen from its edge.
+    /// True if a texel may be compared with a depth far from the point's own, because the filter follows the point's plane, which may be edge-on.
     is_slanting: bool,
 }
 
@@ -60,7 +60,7 @@ impl FilterReach {
 }
 
 impl Receivers {
-    /// Of the boxes that the camera sees, the nearest first.
+    /// Cuts the boxes that the camera sees, the nearest first.
     pub(in crate::visible) fn of(
         boxes: impl Iterator<Item = Aabb>,
         (camera, frustum): (&Camera, &Frustum),
@@ -84,7 +84,7 @@ impl Receivers {
         Self { pieces, tree, filter: FilterReach::of(plan, settings) }
     }
 
-    /// The pieces that look something up in a map.
+    /// The pieces that sample a map.
     fn in_map<'a>(&'a self, view: &'a ShadowView) -> impl Iterator<Item = &'a Piece> {
         // The offset moves a point sideways, and along a slanting ray by as much again.
         let texels = 2.0 * self.filter.offset + 1.0;
@@ -92,12 +92,12 @@ impl Receivers {
         own.filter(|piece| piece.along.1 >= view.begin && piece.along.0 <= view.end)
     }
 
-    /// Returns true if anything is looked up in a map.
+    /// Returns true if any receiver samples a map.
     pub(in crate::visible) fn look_into(&self, view: &ShadowView) -> bool {
         self.in_map(view).next().is_some()
     }
 
-    /// The map's casters without those that shadow nothing that is seen.
+    /// The map's casters that shadow something visible.
     pub(in crate::visible) fn needed(&self, world: &World, plan: &ShadowPlan, view: &ShadowView) -> Vec<Caster> {
         let margin = 2.0 * plan.margin(view.tile.edge, &world.shadows) + 2.0;
         let mut grid = ReceiverGrid::new(view);
@@ -110,7 +110,7 @@ impl Receivers {
     }
 }
 
-/// Cuts a box in halves until its pieces are small in the view, and drops those out of view.
+/// Halves a box until its pieces are small in the view, and drops pieces out of view.
 fn cut(bounds: Aabb, cuts: u32, (camera, frustum): (&Camera, &Frustum), pieces: &mut Vec<Aabb>) {
     if !frustum.may_see(&bounds) {
         return;
@@ -153,7 +153,7 @@ impl Footprint {
         for corner in bounds.corners() {
             let [u, v, depth, w] = view.rows.map(|row| row.truncate().dot(corner) + row.w);
             if w <= 0.0 {
-                // Depth falls as 1 / w: beyond infinity it begins anew.
+                // Depth falls as 1 / w, and wraps around at w = 0.
                 (own.low, own.high, own.nearest) = (DVec2::NEG_INFINITY, DVec2::INFINITY, f64::INFINITY);
                 continue;
             }
@@ -165,7 +165,7 @@ impl Footprint {
     }
 }
 
-/// For each cell of a map the farthest depth, reversed, that anything that is seen compares with there.
+/// The farthest depth, reversed, with which a visible receiver compares in each cell of a map.
 struct ReceiverGrid<'a> {
     view: &'a ShadowView,
     /// Texels of a cell.
@@ -178,7 +178,7 @@ impl<'a> ReceiverGrid<'a> {
         Self { view, cell: f64::from(view.tile.edge) / CELLS as f64, farthest: vec![f64::INFINITY; CELLS * CELLS] }
     }
 
-    /// The cells that a footprint touches, with so many texels around it.
+    /// The cells that a footprint touches, with `margin` texels around it.
     fn cells(&self, footprint: &Footprint, margin: f64) -> impl Iterator<Item = usize> + use<> {
         let tile = self.view.tile;
         let cell = |texel: f64, first: u32| (texel - f64::from(first)) / self.cell;
@@ -192,7 +192,7 @@ impl<'a> ReceiverGrid<'a> {
         rows.flat_map(move |row| columns.clone().map(move |column| row * CELLS + column))
     }
 
-    /// Something that is seen.
+    /// Adds a visible receiver.
     fn add(&mut self, footprint: &Footprint, margin: f64, filter: &FilterReach) {
         let view = self.view;
         let farthest = if filter.is_slanting {
@@ -208,9 +208,9 @@ impl<'a> ReceiverGrid<'a> {
         }
     }
 
-    /// Returns true if anything is seen in the shadow of a box, as far as the grid tells.
+    /// Returns true if a visible receiver may lie in the shadow of a box, by the grid's resolution.
     fn looks_behind(&self, caster: &Footprint) -> bool {
-        // A texel around it, for how its triangles are rounded.
+        // A texel around it, for the rounding of its triangles.
         self.cells(caster, 1.0).any(|cell| self.farthest[cell] <= caster.nearest)
     }
 }

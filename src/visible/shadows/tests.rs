@@ -93,7 +93,7 @@ fn camera() -> impl Strategy<Value = Camera> {
     })
 }
 
-/// Returns the map of six that a ray from the light goes through, as `cube_face` of the shader: that of its longest axis.
+/// Returns the cube face that a ray from the light goes through, by its longest axis, as the shader's `cube_face`.
 fn face_of(ray: DVec3) -> usize {
     let axis = ray.abs().max_position();
     2 * axis + usize::from(ray[axis] < 0.0)
@@ -446,7 +446,7 @@ fn which_lights_have_maps_does_not_depend_on_where_a_frame_is_drawn_from() {
         let camera = Camera::looking_at(DVec3::new(x, 2.0, 4.0), DVec3::ZERO, DVec3::Y);
         Visible::of(&world, &camera, &plan).shadows
     };
-    // Of lamps not even their content changes.
+    // Even the content of lamps' maps does not change.
     assert!(views(1.0)[3..].iter().zip(&views(-9.0)[3..]).all(|(a, b)| a == b && a.is_some()));
 }
 
@@ -474,11 +474,11 @@ fn only_maps_in_which_something_moved_are_drawn_again() {
     world.move_object(2, &moved(2, DVec3::X * 0.01)).expect("an object");
     let (cascades, faces, _) = redrawn(&mut world, &camera);
     assert!(cascades >= 1 && faces == 0, "{cascades} {faces}");
-    // In the lamp's face towards -X, and beside that.
+    // Inside the lamp's face towards -X, and beyond its edges.
     world.move_object(0, &moved(0, DVec3::X * 0.01)).expect("an object");
     let (_, faces, _) = redrawn(&mut world, &camera);
     assert!((1..6).contains(&faces), "{faces}");
-    // A light that moves takes all its faces along; one that only changes its strength none.
+    // A light that moves redraws all of its faces; a light that only changes its strength redraws none.
     world.set_light(1, &lamp(DVec3::X * 2.1, Some(3.0))).expect("a light");
     assert_eq!(redrawn(&mut world, &camera).1, 6);
     world.set_light(1, &Light { intensity: 5.0, ..lamp(DVec3::X * 2.1, Some(3.0)) }).expect("a light");
@@ -531,7 +531,7 @@ fn a_change_that_needs_another_plan_is_told_and_what_is_not_there_is_an_error() 
         assert!(!world.set_light(0, &light).expect("a light"), "{light:?}");
     }
     assert!(world.set_light(1, &lamp(DVec3::X, None)).is_err());
-    // One that goes dark stays where it is, and may shine again.
+    // A light that goes dark stays in place, and may shine again.
     for light in [Light { intensity: 0.0, ..lamp(DVec3::X, None) }, lamp(DVec3::Y, None)] {
         assert!(world.set_light(0, &light).expect("a light"));
     }

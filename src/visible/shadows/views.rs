@@ -16,21 +16,21 @@ const BLEND: f64 = 0.1;
 /// Splits begin at this share of the farthest distance, however near the near plane is.
 const NEAREST_SPLIT: f64 = 1e-3;
 
-/// The same where the logarithm alone parts the view: four cascades reach over five decades. In a mixture it would only take texels from
-/// the first cascade's far end, which the even part puts there.
+/// The share for purely logarithmic splits, with which four cascades reach over five decades. In a mixture with even splits it would only take texels
+/// from the first cascade's far end, which the even part sets.
 const NEAREST_LOGARITHMIC_SPLIT: f64 = 1e-5;
 
-/// Near plane of perspective maps over the light's range or the scene's radius: depth is 1 there, and falls as 1 / distance. In f32 that
-/// keeps its precision however near the plane is, so it is nearer than anything that could stand between it and the lamp.
+/// Near plane of perspective maps over the light's range or the scene's radius: depth is 1 there, and falls as 1 / distance. In f32 this depth is
+/// precise for any near plane, so the plane is nearer than anything that could stand between it and the lamp.
 const NEAR: f64 = 1e-7;
 
-/// The share by which the map of a beam goes beyond the scene's end, so that surfaces there are still before the map's end.
+/// The share by which a beam's map extends beyond the scene's end, so that surfaces there are still inside the map.
 const BEHIND: f64 = 1e-3;
 
 /// Directions of the six maps of a point light, in the order of `shaders/shared/shadows.wgsl`.
 pub(super) const FACES: [DVec3; 6] = [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z];
 
-/// False only if the box is wholly behind the plane. The slack keeps rounding from cutting boxes that touch it.
+/// Returns false only if the box is wholly behind the plane. The slack keeps rounding from culling boxes that touch it.
 fn is_before(plane: DVec4, bounds: &Aabb) -> bool {
     let (normal, offset) = (plane.truncate(), plane.w);
     let (at, reach) = (normal.dot(bounds.center()), normal.abs().dot(bounds.size() * 0.5));
@@ -132,7 +132,7 @@ impl ShadowView {
         Self { clamps: false, ..Self::orthographic(&axes, tile, corner, texel, depth) }
     }
 
-    /// `tangent` is that of half the angle that the map without its margin sees.
+    /// `tangent` belongs to half the angle of the map without its margin.
     fn perspective(place: DVec3, direction: DVec3, tangent: f64, near: f64, tile: Tile, margin: f64) -> Self {
         let axes = light_axes(direction).transpose();
         let edge = f64::from(tile.edge);
@@ -151,7 +151,7 @@ impl ShadowView {
         self.may_hold(bounds, 0.0) && is_before(self.rows[2], bounds)
     }
 
-    /// Returns true if any point of the box can be looked up in the map with so many texels around it, and is in the light's reach.
+    /// Returns true if any point of the box is within the light's reach and in the map, with `around` texels around it.
     pub(super) fn may_hold(&self, bounds: &Aabb, around: f64) -> bool {
         if let Some((place, range)) = self.reach
             && place.distance(place.clamp(bounds.min, bounds.max)) > range
@@ -173,12 +173,12 @@ impl ShadowView {
         let casters = (0..world.objects.len()).filter(casts);
         let mut casters: Vec<(usize, BoxDepths)> =
             casters.map(|index| (index, self.reach_of(&world.objects[index].bounds))).collect();
-        // The farthest end would not do: a wide ground reaches far beyond all that stands on it, which would then share a step.
+        // The farthest end would not do: a wide ground reaches far beyond the objects on it, which would then all share a step.
         let farthest = casters.iter().fold(0.0, |far: f64, (_, reach)| far.max(reach.middle));
         // Twice the middle clamps boxes around the light alone: one that is all on one side of it ends nearer than that.
         let step = |reach: BoxDepths| ((reach.end / farthest).min(2.0) * f64::from(CASTER_STEPS - 1)).round() as u32;
-        // Casters that share a pipeline follow each other, those near the light first, so that early depth tests save the most: a map's time is that of the
-        // texels that are written. Of those in a step of depth the ones that share a material and a mesh follow each other.
+        // Casters are sorted by pipeline, then from near to far, so that early depth tests save the most: the time of a map goes into written texels.
+        // Within a depth step, casters that share a material and a mesh are contiguous.
         casters.sort_by_cached_key(|&(index, reach)| {
             let object = &world.objects[index];
             (object.caster_pipeline(), step(reach), object.caster_group(), index)
@@ -248,14 +248,14 @@ pub(in crate::visible) struct Changes {
     pub lights: BTreeSet<usize>,
     /// The old and the new boxes of moved casters.
     pub boxes: Vec<Aabb>,
-    /// Indices into [`World::objects`] of those that have moved, or look otherwise.
+    /// Indices into [`World::objects`] of objects that have moved or changed their looks.
     pub moved: Vec<u32>,
-    /// Other commands draw some of the objects: they are new, their left and right have changed places, or they show a cell of another sheet.
+    /// Some objects are drawn by other commands than before: they are new, have been mirrored, or show a cell of another sheet.
     pub rearranged: bool,
 }
 
-/// Maps of the point and spot lights, which no camera changes. The others are none. Those of `before` stay whose light is as it was
-/// and in whose volume nothing has moved.
+/// Maps of the point and spot lights, which do not depend on a camera; other maps are `None`. Maps of `before` are kept if their light is unchanged
+/// and nothing has moved in their volume.
 pub(in crate::visible) fn lamp_views(
     world: &World,
     plan: &ShadowPlan,
@@ -299,8 +299,8 @@ pub(in crate::visible) fn lamp_views(
     views
 }
 
-/// Adds the cascades of the directional lights, and the maps of directions of the sky, which are cascades of one map, each around its slice of the camera's view. A
-/// slice without any of the `seen` boxes gets no cascade. A cascade that holds the whole scene is the last: those behind it would be the same.
+/// Adds the cascades of the directional lights, each around its slice of the camera's view, and the maps of sky directions, which have one cascade
+/// each. A slice without any `seen` box gets no cascade. A cascade that holds the whole scene is the last, as later ones would be the same.
 pub(in crate::visible) fn add_cascades(
     views: &mut [Option<Arc<ShadowView>>],
     world: &World,
@@ -358,7 +358,7 @@ impl CascadeReceivers<'_> {
             let slice = Sphere::around(camera, aspect, begin, end);
             let fit = CascadeFit::of(world, plan, &axes, &slice);
             let is_last = cascade == count || fit.is_whole;
-            // In the last part of the one before, this one is looked up too.
+            // This cascade is also sampled in the last part of the previous one.
             let blend = if is_last { f64::MAX } else { end - BLEND * (end - begin) };
             let last_seen = if is_last { f64::MAX } else { end };
             let volume = view_corners(camera, aspect, begin, last_seen.min(far));
@@ -376,8 +376,8 @@ impl CascadeReceivers<'_> {
     }
 }
 
-/// The distance along the view at which cascades end, in metres. From inside the sphere around the scene it is always that sphere's
-/// diameter. From outside it follows the camera in steps of a quarter of a power of two; how the camera is turned never matters.
+/// The distance along the view at which cascades end, in metres. Inside the sphere around the scene it is always the sphere's diameter. Outside it
+/// follows the camera in steps of a quarter of a power of two. The camera's rotation never matters.
 pub(super) fn farthest(extent: &Aabb, camera: &Camera) -> f64 {
     let radius = extent.radius();
     let distance = camera.position.distance(extent.center());
@@ -392,8 +392,8 @@ fn quantized(length: f64) -> f64 {
     ((length.log2() * 4.0).ceil() * 0.25).exp2()
 }
 
-/// The box of a scene whose objects have moved: that of the scene as it was `at_first`, widened on all sides, in steps of a quarter of a
-/// power of two of its radius, until it holds them. So maps of the whole scene stay as they are while something moves within it.
+/// The box of a scene whose objects have moved: the box `at_first`, widened on all sides until it holds `bounds`, in steps of a quarter of a power of
+/// two of its radius. So maps of the whole scene stay valid while objects move within it.
 pub(in crate::visible) fn widened(at_first: &Aabb, bounds: &Aabb) -> Aabb {
     if at_first.is_empty() || bounds.is_empty() {
         return *bounds;
@@ -425,10 +425,10 @@ pub(super) struct Sphere {
 }
 
 impl Sphere {
-    /// The smallest one around the part of the camera's view between two distances along it. Its size is the same wherever the
-    /// camera is and however it is turned.
+    /// The smallest sphere around the part of the camera's view between two distances along it. Its size does not depend on the camera's position and
+    /// rotation.
     pub(super) fn around(camera: &Camera, aspect: f64, begin: f64, end: f64) -> Self {
-        // A corner is so far beside the axis, times w.
+        // The distance of a corner from the axis, over w.
         let diagonal = camera.half_height() * aspect.hypot(1.0);
         // The centre is as far from the near corners as from the far ones, but not behind these.
         let along = match camera.projection {
@@ -448,17 +448,18 @@ impl Sphere {
 
 /// The extent of a cascade, in the axes of its light.
 struct CascadeFit {
-    /// It holds the whole scene, wherever the camera is.
+    /// It holds the whole scene, for any camera.
     is_whole: bool,
-    /// Edge of the square that is looked up, in metres, and its least corner, before it is snapped.
+    /// Edge of the sampled square in metres, and its lowest corner before it is snapped.
     edge: f64,
     low: DVec3,
-    /// Its far end along the light.
+    /// The far end along the light.
     high: f64,
 }
 
 impl CascadeFit {
-    /// Around a sphere, but never larger than a square that holds the scene. All sizes depend on the sphere's and the scene's alone.
+    /// Fits a cascade around a sphere, but never larger than a square that holds the scene. All sizes depend only on the sphere's size and the
+    /// scene's.
     fn of(world: &World, plan: &ShadowPlan, axes: &DMat3, slice: &Sphere) -> Self {
         let scene = world.extent.transformed(&DAffine3::from_mat3(*axes));
         let whole = scene.size().truncate().max_element();
@@ -468,7 +469,7 @@ impl CascadeFit {
         }
         let edge = (2.0 * slice.radius).max(least);
         let low = *axes * slice.center - 0.5 * edge;
-        // A slice that ends behind the scene needs no depth there, nor before it.
+        // A slice needs no depth before or behind the scene.
         let first = if plan.reaches_back() { scene.min.z } else { low.z.max(scene.min.z) };
         let high = (low.z + edge).min(scene.max.z).max(first);
         Self { is_whole: false, edge, low: low.truncate().extend(first), high }
@@ -479,8 +480,8 @@ impl CascadeFit {
         let texels = f64::from(tile.edge);
         let texel = self.edge / (texels - 2.0 * margin - 1.0).max(0.25 * texels);
         let snap = |low: f64| (low / texel).floor() * texel - margin * texel;
-        // Steps in depth as well, so that a small step of the camera leaves the map as it is; and with room before and behind, so that
-        // what touches a plane is inside.
+        // Depth is snapped to steps as well, so that a small movement of the camera keeps the map. Room before and behind keeps objects that touch a
+        // plane inside.
         let step = self.edge / 16.0;
         let near = ((self.low.z / step).floor() - 1.0) * step;
         let depth = ((self.high / step).ceil() + 1.0) * step - near;
@@ -489,7 +490,7 @@ impl CascadeFit {
     }
 }
 
-/// Returns true if any of the boxes lies in a part of the camera's view, as far as boxes around both in the light's axes tell.
+/// Returns true if boxes around the `seen` boxes and around a part of the camera's view, in the light's axes, intersect.
 fn is_seen<'a>(axes: &DMat3, volume: &[DVec3], seen: impl Iterator<Item = &'a Aabb>) -> bool {
     let to_light = DAffine3::from_mat3(*axes);
     let receivers = seen.fold(Aabb::EMPTY, |all, bounds| all.union(&bounds.transformed(&to_light)));

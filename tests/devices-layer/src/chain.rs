@@ -1,4 +1,4 @@
-//! Chains of structures: features and properties of a device beyond those of Vulkan 1.0.
+//! Chains of structures (`pNext`) that hold features and properties of a device beyond Vulkan 1.0.
 
 use std::ffi::c_void;
 use std::ptr::NonNull;
@@ -17,7 +17,7 @@ pub unsafe fn structures(chain: *const c_void) -> impl Iterator<Item = NonNull<v
     std::iter::successors(first, |own| NonNull::new(unsafe { own.as_ref() }.p_next))
 }
 
-/// Does this for the structure if it is one of these.
+/// Runs `$do` on the structure if it has one of these types.
 macro_rules! for_each_of {
     ($structure:expr, [$($type:ty),*], $do:ident) => {
         // SAFETY: the caller has it from a chain, where each has the type that it tells.
@@ -32,7 +32,7 @@ macro_rules! for_each_of {
     };
 }
 
-/// The same for structures of features that Vulkan 1.1 leaves to devices, and of those that came later.
+/// Runs `$do` on the structure if it holds features that Vulkan 1.1 leaves to devices, or features of later versions.
 macro_rules! for_each_optional {
     ($structure:expr, $do:ident) => {
         for_each_of!(
@@ -53,7 +53,7 @@ macro_rules! for_each_optional {
     };
 }
 
-/// A structure that has nothing but so many switches behind its head, and perhaps padding behind them.
+/// A structure whose only members behind the header are `COUNT` switches, perhaps followed by padding.
 trait Switches: vk::TaggedStructure {
     const COUNT: usize;
 
@@ -64,7 +64,7 @@ trait Switches: vk::TaggedStructure {
         const HEAD: usize = size_of::<vk::BaseOutStructure<'static>>();
         const { assert!(size_of::<Self>() - HEAD - Self::COUNT * size_of::<vk::Bool32>() < align_of::<Self>()) };
         let first = std::ptr::from_mut(self).cast::<u8>();
-        // SAFETY: so many follow each other behind the head, which is as long as that of all structures.
+        // SAFETY: `COUNT` switches follow the header, which has the same length in all structures.
         unsafe { std::slice::from_raw_parts_mut(first.add(HEAD).cast::<vk::Bool32>(), Self::COUNT) }
     }
 }

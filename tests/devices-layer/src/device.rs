@@ -23,12 +23,12 @@ pub struct DeviceBelow {
     device: vk::Device,
     lazy: Option<LazyType>,
     pub tells_merging: bool,
-    /// The family below whose one queue stands for those of all played families. None where no queues are played.
+    /// The family below whose one queue stands for the queues of all played families. `None` if no queues are played.
     pub real_family: Option<u32>,
 }
 
 impl DeviceBelow {
-    /// A function of the device below, where it has one of that name.
+    /// Returns the function of this name of the device below, if it has one.
     ///
     /// # Safety
     /// The device is alive, and `F` is the type of the function's pointer.
@@ -131,11 +131,11 @@ pub unsafe extern "system" fn create(
     result
 }
 
-/// The queues that a device with played families is opened with, the first of their structures, and the real family. None where none are played, or
-/// where the device is opened without queues.
+/// Returns the queues that a device with played families is opened with, the first of their structures, and the real family. Returns `None` if no
+/// families are played or the device is opened without queues.
 ///
 /// # Errors
-/// A line on the error output says which queue the played device has not.
+/// Fails if the played device lacks one of the queues. A line on the error output names that queue.
 ///
 /// # Safety
 /// The structures are as the specification has them.
@@ -198,7 +198,7 @@ unsafe fn create_real(
 pub unsafe extern "system" fn destroy(device: vk::Device, allocator: *const vk::AllocationCallbacks<'_>) {
     // SAFETY: the device is null or the caller's own.
     let Some(key) = (unsafe { device.key() }) else { return };
-    // Before another device can get the same key.
+    // Remove the entries before another device can get the same key.
     let (below, queues) = (locked(&DEVICES).remove(&key), queues::forget(key));
     transient().retain(|(own, _)| *own != device);
     ownership::forget(device);
@@ -275,13 +275,13 @@ pub unsafe extern "system" fn destroy_image(
     allocator: *const vk::AllocationCallbacks<'_>,
 ) {
     let (destroy, _) = next!(device, vk::PFN_vkDestroyImage, c"vkDestroyImage");
-    // Before another thread can get the same handle.
+    // Remove the entry before another thread can get the same handle.
     transient().remove(&(device, image.as_raw()));
     // SAFETY: as this function was called.
     unsafe { destroy(device, image, allocator) };
 }
 
-/// Adds the lazily allocated type to those that a transient attachment may lie in.
+/// Adds the lazily allocated type to the memory types that a transient attachment may use.
 fn play_requirements(below: &DeviceBelow, (device, image): (vk::Device, vk::Image), bits: &mut u32) {
     if let Some(lazy) = below.lazy.filter(|_| transient().contains(&(device, image.as_raw()))) {
         *bits |= 1 << lazy.played;

@@ -1,10 +1,10 @@
-//! A Vulkan layer for tests: it plays devices that have less than the one below, or an extension or queues more. `AFTERLIGHT_PLAYS` names the device. docs/DEVICES.md says how the
-//! layer is loaded, and lists what the program draws on each.
+//! A Vulkan layer for tests: it plays a device that has less than the device below it, or one extension or some queues more. `AFTERLIGHT_PLAYS` names
+//! the device. docs/DEVICES.md describes how to load the layer, and lists the results of the program on each device.
 //!
 //! It belongs below the validation layer, nearer to the driver: validation then holds the program against the played limits, features and formats. The
 //! layer itself refuses to open a device with a feature or an extension that the played one lacks.
 //!
-//! Drawing goes to the device below as it is. The layer changes what a device says of itself, and does not make it slower or less precise.
+//! Draws reach the device below unchanged. The layer changes a device's description of itself; it does not make the device slower or less precise.
 
 #[path = "../../hdr-layer/src/loader.rs"]
 mod loader;
@@ -33,7 +33,7 @@ use shared::{Table, create_instance_below, locked};
 
 const NAME: &CStr = c"VK_LAYER_AFTERLIGHT_devices";
 
-/// An instance's functions below this layer, and the device that is played in place of its own.
+/// An instance's functions below this layer, and the profile of the device that the layer plays.
 #[derive(Clone, Copy)]
 struct InstanceBelow {
     instance: vk::Instance,
@@ -72,7 +72,7 @@ fn own_of_device(name: &CStr) -> vk::PFN_vkVoidFunction {
     }
 }
 
-/// Returns this layer's function of played queues, and of what they own, by its name, if there is one.
+/// Returns this layer's function of this name for played queues and for the objects that they own, if it has one.
 fn own_of_queues(name: &CStr) -> vk::PFN_vkVoidFunction {
     use {ownership as own, queues};
     match name.to_bytes() {

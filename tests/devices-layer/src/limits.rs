@@ -88,8 +88,8 @@ pub fn least() -> vk::PhysicalDeviceLimits {
         .non_coherent_atom_size(256)
 }
 
-/// Limits of phones of some years ago: those that Vulkan requires, and better ones where all phones have them. They filter anisotropically and count
-/// time.
+/// Limits of phones of some years ago: the minimum that Vulkan requires, or better values if all phones have them. These phones filter
+/// anisotropically and write timestamps.
 pub fn phone() -> vk::PhysicalDeviceLimits {
     vk::PhysicalDeviceLimits { timestamp_compute_and_graphics: vk::TRUE, timestamp_period: 1.0, ..least() }
         .max_image_dimension2_d(8192)
@@ -114,7 +114,7 @@ pub fn phone() -> vk::PhysicalDeviceLimits {
         .standard_sample_locations(true)
 }
 
-/// The limits that MoltenVK reports of Apple's GPUs, where they are below those of a desktop's.
+/// The limits that MoltenVK reports for Apple's GPUs, if they are lower than a desktop GPU's.
 pub fn metal(mut real: vk::PhysicalDeviceLimits) -> vk::PhysicalDeviceLimits {
     real.max_image_dimension2_d = real.max_image_dimension2_d.min(16384);
     real.max_bound_descriptor_sets = real.max_bound_descriptor_sets.min(8);

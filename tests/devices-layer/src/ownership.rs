@@ -189,7 +189,8 @@ fn lowered<B: Barrier>(barriers: &[B], recorded_in: Option<u32>, real: u32) -> V
     barriers.iter().map(lower).collect()
 }
 
-/// The device below of a command buffer, with its real family and the played family of the command buffer. None where no families are played.
+/// Returns the device below of a command buffer, with its real family and the played family of the command buffer. The families are `None` if none
+/// are played.
 fn recorder(commands: vk::CommandBuffer) -> Option<(DeviceBelow, Option<u32>, Option<u32>)> {
     // SAFETY: the command buffer is the caller's own, with the key of its device.
     let device = unsafe { below(&DEVICES, commands) }?;
@@ -248,7 +249,7 @@ pub unsafe extern "system" fn pipeline_barrier2(commands: vk::CommandBuffer, inf
 pub trait Shared: Copy {
     fn sharing(&mut self) -> (&mut vk::SharingMode, &mut u32, &mut *const u32);
 
-    /// Its form for the device below, where one family stands for all that share it.
+    /// Returns the structure for the device below, where one family stands for all families that share the resource.
     fn owned(mut self, below: &DeviceBelow) -> Self {
         let (mode, count, families) = self.sharing();
         if below.real_family.is_some() && *mode == vk::SharingMode::CONCURRENT {

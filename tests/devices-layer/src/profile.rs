@@ -78,7 +78,7 @@ impl Profile {
         }
     }
 
-    /// Its features, as far as the device below has them.
+    /// Returns the played device's features, as far as the device below has them.
     pub fn features(self, real: &vk::PhysicalDeviceFeatures) -> vk::PhysicalDeviceFeatures {
         let none = vk::PhysicalDeviceFeatures::default();
         match self {

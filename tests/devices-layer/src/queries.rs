@@ -219,7 +219,8 @@ pub struct LazyType {
     pub real: u32,
 }
 
-/// None where the played device has no such type, or the one below has no place for it.
+/// Returns the lazily allocated memory type. Returns `None` if the played device has no lazily allocated type, or the device below has no slot left
+/// for it.
 pub fn lazy_type(profile: Profile, real: &vk::PhysicalDeviceMemoryProperties) -> Option<LazyType> {
     let own = real.memory_types_as_slice();
     let near = own.iter().position(|own| own.property_flags.contains(vk::MemoryPropertyFlags::DEVICE_LOCAL))?;
@@ -246,7 +247,7 @@ unsafe fn real_families(physical: vk::PhysicalDevice) -> Vec<vk::QueueFamilyProp
     all(told).unwrap_or_default()
 }
 
-/// The family below whose queue stands for all that are played: the first with graphics. None where no families are played.
+/// Returns the family below whose queue stands for all played families: the first with graphics. Returns `None` if no families are played.
 ///
 /// # Safety
 /// The physical device is alive.
@@ -305,10 +306,10 @@ pub unsafe extern "system" fn families2(
     }
 }
 
-/// Tells the played families. Structures that are chained to one of them are filled in as those of the real family.
+/// Reports the played families. Structures that are chained to a played family are filled in for the real family.
 ///
 /// # Safety
-/// As the function that `ask` is, on a physical device that has so many families below.
+/// The conditions of the function `ask` hold, and `real` is the index of a family of the physical device below.
 unsafe fn tell_families2(
     (ask, physical): (vk::PFN_vkGetPhysicalDeviceQueueFamilyProperties2, vk::PhysicalDevice),
     real: usize,
@@ -337,7 +338,7 @@ unsafe fn tell_families2(
     unsafe { count.write(places.len() as u32) };
 }
 
-/// The family below that is asked whether it presents in place of this one. None where the played device's answer is no.
+/// Returns the family below that is asked in place of this one whether it presents. Returns `None` if the played device's answer is no.
 ///
 /// # Safety
 /// The physical device is alive.
@@ -481,7 +482,7 @@ pub unsafe extern "system" fn image_format2(
     unsafe { play_image(physical, profile, wanted, &mut (*place).image_format_properties) }
 }
 
-/// Lowers the limits of such images to those of the played device.
+/// Lowers the limits of images of the wanted kind to the played device's limits.
 ///
 /// # Safety
 /// The physical device is alive.

@@ -177,7 +177,7 @@ pub unsafe fn remember(device: vk::Device, get_proc_addr: vk::PFN_vkGetDevicePro
     locked(&QUEUES).insert(key, Arc::new(Queues::new(opened, queue, key)));
 }
 
-/// Forgets the queues of a device by its key. Their handles live as long as the returned value.
+/// Forgets the queues of a device by its key. The queues' handles live as long as the returned value.
 pub fn forget(key: usize) -> Option<Arc<Queues>> {
     locked(&QUEUES).remove(&key)
 }

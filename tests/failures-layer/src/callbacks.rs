@@ -1,6 +1,6 @@
-//! The host memory of drivers and layers below: counted, and one allocation refused where that is asked for.
+//! The host memory of drivers and layers below: counts its allocations, and refuses one on request.
 //!
-//! A program that has callbacks of its own keeps them.
+//! A program's own callbacks stay in use.
 
 use std::alloc::{Layout, alloc, dealloc};
 use std::ffi::{CStr, c_char, c_void};
@@ -36,15 +36,16 @@ static CALLBACKS: Shared = Shared(vk::AllocationCallbacks {
     _marker: std::marker::PhantomData,
 });
 
-/// Messengers are the loader's own, and that of Debian 13 (1.4.309) frees memory by these callbacks that it did not allocate by them.
+/// Commands that get no callbacks from the layer. Messengers belong to the loader, and Debian 13's loader (1.4.309) frees memory through these
+/// callbacks that it did not allocate through them.
 const WITHOUT: [&CStr; 2] = [c"vkCreateDebugUtilsMessengerEXT", c"vkDestroyDebugUtilsMessengerEXT"];
 
-/// The callbacks that a command has in place of none.
+/// Returns the callbacks for a command: the caller's, or the layer's if the caller has none and the command is not in [`WITHOUT`].
 pub fn of_command<'a>(name: &CStr, own: *const vk::AllocationCallbacks<'a>) -> *const vk::AllocationCallbacks<'a> {
     if WITHOUT.contains(&name) { own } else { in_place_of(own) }
 }
 
-/// The callbacks in place of none.
+/// Returns the caller's callbacks, or the layer's if the caller has none.
 pub fn in_place_of(own: *const vk::AllocationCallbacks<'_>) -> *const vk::AllocationCallbacks<'_> {
     if own.is_null() { (&raw const CALLBACKS.0).cast() } else { own }
 }

@@ -14,7 +14,7 @@ use crate::{callbacks, commands, driver_cache, incoherent, table};
 struct Below<H, G> {
     handle: H,
     get_proc_addr: G,
-    /// Asked for when it was made: a loader that is asked later for a function of an instance gives that of the layer on top.
+    /// The functions below, by name, queried when this was made: a loader that is asked later for an instance's function returns the top layer's.
     functions: HashMap<&'static CStr, unsafe extern "system" fn()>,
 }
 
@@ -187,7 +187,8 @@ fn own_of_instance(name: &CStr) -> vk::PFN_vkVoidFunction {
     }
 }
 
-/// The layer's own function where there is one and below it as well: where not, an extension is not enabled.
+/// Returns the layer's own function, else the function below. Returns `None` for a function that is missing below, since its extension is not
+/// enabled.
 unsafe extern "system" fn get_instance_proc_addr(
     instance: vk::Instance,
     name: *const c_char,
@@ -199,7 +200,7 @@ unsafe extern "system" fn get_instance_proc_addr(
     let own = own_of_instance(unsafe { CStr::from_ptr(name) });
     // SAFETY: the instance is null or the caller's own.
     let Some((_, below)) = below(&INSTANCES, unsafe { instance.key() }) else {
-        // Before there is an instance, and while one is being created.
+        // No instance exists yet, or it is being created.
         return own;
     };
     // SAFETY: as this function was called.
@@ -207,7 +208,7 @@ unsafe extern "system" fn get_instance_proc_addr(
     other.and(own.or(other))
 }
 
-/// The same of a device.
+/// Returns a device's function by the rules of `get_instance_proc_addr`.
 unsafe extern "system" fn get_device_proc_addr(device: vk::Device, name: *const c_char) -> vk::PFN_vkVoidFunction {
     // SAFETY: the device is null or the caller's own.
     let (_, below) = below(&DEVICES, unsafe { device.key() })?;
@@ -331,7 +332,7 @@ unsafe extern "system" fn destroy_device(device: vk::Device, allocator: *const v
     }
 }
 
-/// Presents several swapchains at once, each of which has a result of its own.
+/// Presents several swapchains at once, each with a separate result.
 unsafe extern "system" fn queue_present(queue: vk::Queue, info: *const vk::PresentInfoKHR<'_>) -> vk::Result {
     // SAFETY: the handle is the caller's own, and the type is that of the name.
     let Some(present) = (unsafe { next::<vk::PFN_vkQueuePresentKHR>(queue, c"vkQueuePresentKHR") }) else {

@@ -51,7 +51,7 @@ impl RenderPass {
         }
     }
 
-    /// The same in the structures of VK_KHR_create_renderpass2. A dependency's masks stand in the VkMemoryBarrier2 of its chain, where there is one.
+    /// Reads the structures of VK_KHR_create_renderpass2. A dependency's masks stand in the VkMemoryBarrier2 of its chain, if it has one.
     fn of_2(info: &vk::RenderPassCreateInfo2<'_>) -> Self {
         // SAFETY: both lists are as long as their counts say (specification, VkRenderPassCreateInfo2).
         let (attachments, dependencies) = unsafe {
@@ -341,7 +341,8 @@ logged! {
         said([log.name(pool)], [query.into()]);
 }
 
-/// Functions that create render passes, which keep what the lines of commands need of them. Failing and counting is left to the functions of the table.
+/// Defines functions that create a render pass and keep the parts that the commands' lines need. Failing and counting is left to the table's
+/// functions.
 macro_rules! creates_render_passes {
     ($($function:ident: $name:ident $pfn:ident($info:ty), $of:expr;)*) => {$(
         unsafe extern "system" fn $function(

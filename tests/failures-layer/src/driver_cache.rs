@@ -16,7 +16,7 @@ const MOST: usize = 64 << 20;
 
 static ADDED: AtomicUsize = AtomicUsize::new(0);
 
-/// From now on a cache has so many bytes more, at most [`MOST`].
+/// Makes caches `bytes` larger from now on, at most by [`MOST`].
 pub fn add(bytes: usize) {
     ADDED.store(bytes.min(MOST), Ordering::SeqCst);
 }

@@ -1,6 +1,6 @@
-//! Devices whose memory is not coherent: with `incoherent` the layer hides `HOST_COHERENT`, so that a program has to flush and to invalidate memory, in
-//! the largest atoms that Vulkan allows. The memory below stays what it is, where neither is wrong. Vulkan promises each device a coherent type, so
-//! this device is poorer than a real one can be.
+//! Devices whose memory is not coherent: with `incoherent` the layer hides `HOST_COHERENT`, so that a program has to flush and to invalidate memory,
+//! in the largest atoms that Vulkan allows. The memory below stays coherent, where flushing and invalidating do no harm. Vulkan promises each device
+//! a coherent type, so this device is poorer than a real one can be.
 
 use std::ffi::CStr;
 
@@ -20,10 +20,10 @@ fn change_device(device: &mut vk::PhysicalDeviceProperties) {
     device.limits.non_coherent_atom_size = ATOM;
 }
 
-/// Functions that ask a device for a structure, and what is changed in it.
+/// Defines functions that query a structure from a device and then change it.
 macro_rules! changed {
     ($($name:ident: $pfn:ident($type:ty), $change:expr;)*) => {
-        /// Their names as C has them; false, as none is of a device.
+        /// The functions' C names, each with false since none is a device-level function.
         pub const NAMES: &[(&CStr, bool)] = &[$((c_name!($name), false)),*];
 
         #[allow(non_snake_case)]

@@ -1,8 +1,9 @@
-//! A Vulkan layer for tests: any command that can fail does so when it is told to. docs/FAILURES.md says how it is loaded and told.
+//! A Vulkan layer for tests: any command that can fail fails on request. docs/FAILURES.md describes how to load the layer and how to request
+//! failures.
 //!
 //! It belongs above the validation layer, nearer to the program: a call that fails here has not happened below, and validation sees only calls that
-//! really happened. Results that a command gives after it has done its work, such as `VK_SUBOPTIMAL_KHR`, come after that work. A device that is lost
-//! is idle before that is said, and stays lost.
+//! really happened. Results that a command gives after it has done its work, such as `VK_SUBOPTIMAL_KHR`, come after that work. A lost device is idle
+//! before the loss is reported, and stays lost.
 
 #[path = "../../hdr-layer/src/loader.rs"]
 mod loader;
@@ -40,7 +41,7 @@ impl Command {
     }
 }
 
-/// All commands of the table that can fail, those of the loader alone included.
+/// Returns all commands of the table that can fail, including the loader's own.
 pub fn commands() -> impl Iterator<Item = &'static Command> {
     table::FALLIBLE.iter().chain(table::BY_HAND).filter(|command| !command.errors.is_empty())
 }
@@ -92,7 +93,7 @@ pub extern "C" fn afterlight_failures_allocations() -> u64 {
     callbacks::asked_for()
 }
 
-/// The command in which an allocation was refused last. Null for one that cannot fail, such as those that record.
+/// Returns the command in which an allocation was refused last, or null if that command cannot fail, such as a recording command.
 #[unsafe(no_mangle)]
 pub extern "C" fn afterlight_failures_refused_in() -> *const c_char {
     callbacks::refused_in()

@@ -161,7 +161,7 @@ pub fn calls(command: &str) -> u64 {
 }
 
 thread_local! {
-    /// The command that this thread is in, of those that the layer knows.
+    /// The command that this thread is in, if the layer knows it.
     static WITHIN: Cell<Option<&'static CStr>> = const { Cell::new(None) };
 }
 
@@ -216,8 +216,8 @@ pub enum CallFate {
     Lost { now: bool },
 }
 
-/// Counts a call and decides what becomes of it. `device` is the key of its device, if it has one; `has_list` is true if the call asks for elements
-/// of a list, and not only for their number.
+/// Counts a call and decides its fate. `device` is the key of its device, if it has one; `has_list` is true if the call asks for elements of a list,
+/// and not only for their number.
 pub fn decide(command: &'static str, device: Option<usize>, has_list: bool) -> CallFate {
     let mut state = state();
     let calls = state.calls.entry(command).or_default();

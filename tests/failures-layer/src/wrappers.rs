@@ -1,4 +1,4 @@
-//! The functions that stand in for those of the table.
+//! The functions that stand in for the table's commands.
 
 /// The facts of a command.
 macro_rules! command {
@@ -51,7 +51,7 @@ macro_rules! fallible {
     })*) => {
         pub const FALLIBLE: &[$crate::Command] = &[$(command!($name, [$($error),*], [$($success),*])),*];
 
-        /// Their names as C has them, and true for those of a device.
+        /// The commands' C names, each with true for a device-level command.
         pub const FALLIBLE_NAMES: &[(&std::ffi::CStr, bool)] =
             &[$((c_name!($name), <$first_type as $crate::chain::Level>::OF_A_DEVICE)),*];
 
@@ -112,7 +112,7 @@ macro_rules! fallible {
 /// Commands that free objects, with the callbacks that the objects were made with.
 macro_rules! frees {
     ($($name:ident: $pfn:ident($first:ident: $first_type:ty, $object:ident: $type:ty, $callbacks:ident: $callbacks_type:ty))*) => {
-        /// Their names as C has them, and true for those of a device.
+        /// The commands' C names, each with true for a device-level command.
         pub const FREEING_NAMES: &[(&std::ffi::CStr, bool)] =
             &[$((c_name!($name), <$first_type as $crate::chain::Level>::OF_A_DEVICE)),*];
 

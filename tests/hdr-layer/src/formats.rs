@@ -18,7 +18,7 @@ pub fn with_hdr10(mut offered: Vec<vk::SurfaceFormatKHR>) -> Vec<vk::SurfaceForm
     offered
 }
 
-/// Returns the colour space that the driver is told for images: for HDR10, which only the layer offers, that of the same bits.
+/// Returns the colour space that the driver gets for images: sRGB for HDR10, which only the layer offers and which has the same bits.
 pub fn for_driver(color_space: vk::ColorSpaceKHR) -> vk::ColorSpaceKHR {
     if color_space == HDR10 { SRGB } else { color_space }
 }

@@ -1,5 +1,5 @@
-//! A Vulkan layer for tests of HDR where no display has it. Surfaces with formats of 10 bits offer these with `HDR10_ST2084_EXT` as well, and the
-//! driver makes such a swapchain as if its values were sRGB's: a program that reads a window back finds the codes that an HDR display would get.
+//! A Vulkan layer for tests of HDR without an HDR display. Surfaces with 10-bit formats also offer them with `HDR10_ST2084_EXT`, and the driver makes
+//! such swapchains as if their values were sRGB. A program that reads a window back finds the codes that an HDR display would get.
 //!
 //! It adds no extension: as with a driver, surfaces have other colour spaces only where the instance has `VK_EXT_swapchain_colorspace`, which the
 //! driver must know. It belongs below the validation layer, which then knows the offered formats. `vkGetPhysicalDeviceSurfaceFormats2KHR` has the
@@ -23,18 +23,18 @@ struct InstanceBelow {
     instance: vk::Instance,
     get_proc_addr: vk::PFN_vkGetInstanceProcAddr,
     destroy: Option<vk::PFN_vkDestroyInstance>,
-    /// None without surfaces.
+    /// The function below, absent if the instance has no surfaces.
     formats: Option<vk::PFN_vkGetPhysicalDeviceSurfaceFormatsKHR>,
     /// True if surfaces may have other colour spaces than sRGB's.
     has_color_spaces: bool,
 }
 
-/// The same of a device.
+/// A device's functions below this layer.
 #[derive(Clone, Copy)]
 struct DeviceBelow {
     get_proc_addr: vk::PFN_vkGetDeviceProcAddr,
     destroy: Option<vk::PFN_vkDestroyDevice>,
-    /// None without swapchains.
+    /// The function below, absent if the device has no swapchains.
     create_swapchain: Option<vk::PFN_vkCreateSwapchainKHR>,
 }
 

@@ -19,7 +19,7 @@ pub struct Interface {
     pub version: u32,
     pub get_instance_proc_addr: Option<vk::PFN_vkGetInstanceProcAddr>,
     pub get_device_proc_addr: Option<vk::PFN_vkGetDeviceProcAddr>,
-    /// `PFN_GetPhysicalDeviceProcAddr`: none for a layer that has no functions of its own to add.
+    /// `PFN_GetPhysicalDeviceProcAddr`: `None` for a layer that adds no functions.
     pub get_physical_device_proc_addr: vk::PFN_vkVoidFunction,
 }
 
@@ -76,7 +76,7 @@ impl Link for DeviceLink {
     }
 }
 
-/// Takes this layer's link out of the chain, so that the layer below finds its own there. None in a chain that is not the loader's.
+/// Takes this layer's link out of the chain, so that the layer below finds its own there. Returns `None` if the chain is not the loader's.
 ///
 /// # Safety
 /// `chain` is null, or points to structures of Vulkan that are chained by their second member, are alive, and are read by nobody else meanwhile.
@@ -99,7 +99,7 @@ pub unsafe fn take_link<'a, L: Link>(mut chain: *const c_void) -> Option<&'a L> 
     None
 }
 
-/// A function with the type that goes with its name. None where there is no function.
+/// Returns a function with the type that goes with its name, or `None` without a function.
 ///
 /// # Safety
 /// `F` is the type of the function's pointer.
@@ -111,7 +111,8 @@ pub unsafe fn typed<F: Copy>(function: vk::PFN_vkVoidFunction) -> Option<F> {
 
 /// A handle that functions are dispatched by: `VkInstance`, `VkPhysicalDevice`, `VkDevice`.
 pub trait Dispatched: vk::Handle + Copy {
-    /// Returns the word that all handles of one instance, or of one device, point to: the address of the loader's table. None for a null handle.
+    /// Returns the word that all handles of one instance, or of one device, point to: the address of the loader's table. Returns `None` for a null
+    /// handle.
     ///
     /// # Safety
     /// The handle is null or alive, and came from the loader or from a layer below.

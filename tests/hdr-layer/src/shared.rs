@@ -43,7 +43,8 @@ macro_rules! entry_points {
             vk::Result::SUCCESS
         }
 
-        /// The layer's own function where there is one and below it as well: where not, an extension is not enabled.
+        /// Returns the layer's own function, else the function below. Returns `None` for a function that is missing below, since its extension is not
+        /// enabled.
         unsafe extern "system" fn get_instance_proc_addr(
             instance: vk::Instance,
             name: *const std::ffi::c_char,
@@ -55,7 +56,7 @@ macro_rules! entry_points {
             let own = own_of_instance(unsafe { std::ffi::CStr::from_ptr(name) });
             // SAFETY: the instance is null or the caller's own.
             let Some(below) = (unsafe { $crate::shared::below(&INSTANCES, instance) }) else {
-                // Before there is an instance, and while one is being created.
+                // No instance exists yet, or it is being created.
                 return own;
             };
             // SAFETY: as this function was called.
@@ -63,7 +64,7 @@ macro_rules! entry_points {
             other.and(own.or(other))
         }
 
-        /// The same of a device.
+        /// Returns a device's function by the rules of `get_instance_proc_addr`.
         unsafe extern "system" fn get_device_proc_addr(
             device: vk::Device,
             name: *const std::ffi::c_char,
@@ -141,10 +142,10 @@ pub unsafe fn device_below(
     Some((create, link.get_device_proc_addr))
 }
 
-/// Returns true if an extension is among those that an instance or a device is created with: their number, and their names.
+/// Returns true if an extension is among the enabled ones of an instance or a device, given as their number and their names.
 ///
 /// # Safety
-/// There are so many names, each of them a string that ends in NUL.
+/// The number counts the names, and each of them is a string that ends in NUL.
 pub unsafe fn names_extension((count, names): (u32, *const *const c_char), extension: &CStr) -> bool {
     (0..count as usize).any(|index| {
         // SAFETY: the caller's promise.
@@ -152,7 +153,7 @@ pub unsafe fn names_extension((count, names): (u32, *const *const c_char), exten
     })
 }
 
-/// The whole of a list that is told in parts.
+/// Returns the whole of a list that Vulkan reports in parts.
 pub fn all<T: Clone + Default>(ask: impl Fn(*mut u32, *mut T) -> vk::Result) -> Result<Vec<T>, vk::Result> {
     loop {
         let mut count = 0;
@@ -173,10 +174,10 @@ pub fn all<T: Clone + Default>(ask: impl Fn(*mut u32, *mut T) -> vk::Result) -> 
     }
 }
 
-/// Tells a list as Vulkan's functions do: without a place for it how long it is, else as much of it as there is place for.
+/// Reports a list as Vulkan's functions do: only its length if `place` is null, else as many elements as fit there.
 ///
 /// # Safety
-/// `count` points to a number, and `place` is null or points to so many elements; nobody else uses them meanwhile.
+/// `count` points to a number, and `place` is null or points to that many elements; nobody else uses them meanwhile.
 pub unsafe fn tell<T: Copy>(list: &[T], count: *mut u32, place: *mut T) -> vk::Result {
     let length = u32::try_from(list.len()).unwrap_or(u32::MAX);
     if place.is_null() {

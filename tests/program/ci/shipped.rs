@@ -41,7 +41,7 @@ each = { a = "", b = "", c = "" }
     for name in all {
         let folder = tempfile::tempdir().expect("a temporary folder");
         fs::write(folder.path().join("own.toml"), suite).expect("written");
-        // Its name alone, as on a machine with the program on its path.
+        // The shipped file calls the program by its bare name, as on a machine that has it on the path.
         let program = program();
         let words: Vec<_> = [program.get_program()].into_iter().chain(program.get_args()).collect();
         let words: Vec<_> = words.iter().map(|word| word.to_string_lossy()).collect();

@@ -66,7 +66,7 @@ fn keys_move_models_with_their_copies_lights_and_the_camera() {
     let scene = read(&folder(), CLIPS).unwrap();
     scene.check().unwrap();
     let (begin, middle) = (at(&scene, 0.0), at(&scene, 1.0));
-    // The file's own clip, and those of the built-in model, whose lights and cameras do not come along.
+    // The clips are the file's own and the built-in model's, whose lights and cameras are not taken.
     assert_eq!(
         scene.motion.clips.iter().map(|clip| clip.name.as_str()).collect::<Vec<_>>(),
         ["sway", "swim", "turn", "turn"]

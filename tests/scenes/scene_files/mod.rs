@@ -167,7 +167,7 @@ fn every_key_does_what_it_says() {
     assert_eq!((paint.anisotropy.strength, paint.anisotropy.rotation), (0.75, std::f32::consts::PI));
     let through = paint.diffuse_transmission;
     assert_eq!((through.strength, through.color), (0.5, Vec3::new(0.25, 0.5, 1.0)));
-    // The same file as colour and as numbers is two textures, not eleven; sampled otherwise it is another one.
+    // One file used as colour and as numbers is two textures, not eleven; with another sampler it is a third.
     assert_eq!(scene.textures.len(), 3);
     let body =
         Refraction { ior: 1.25, thickness: 0.5, color: Vec3::new(0.25, 0.5, 1.0), distance: 2.0, dispersion: 0.75 };
@@ -308,7 +308,7 @@ fn a_scene_takes_settings_from_another_file_and_its_own_keys_win() {
     let own = settings("[settings]\nfrom = 'tuned.toml'\nsamples = 3\n[settings.shadows]\nsize = 64\n");
     assert_eq!((own.samples, own.shadows.size, own.shadows.filter), (3, 64, ShadowFilter::Box5));
     assert_eq!(settings("settings.from = 'tuned.toml'\ncamera.exposure = 4").exposure, Some(4.0));
-    // Settings that this file takes win over those of its base, and a base finds its file from where it stands.
+    // This file's settings override its base's, and a base resolves paths from its own folder.
     write(folder.path(), "sub/base.toml", "[settings]\nfrom = '../tuned.toml'\ntonemap = 'agx'\nsamples = 9");
     let based = settings("base = 'sub/base.toml'\nsettings.from = 'tuned.toml'");
     assert_eq!((based.samples, based.tonemap.name()), (2, "agx"));

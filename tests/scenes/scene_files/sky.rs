@@ -87,7 +87,7 @@ fn a_studio_stands_about_a_model_and_is_written_as_it_was() {
     let ground = |scene: &Scene| scene.materials.last().map(|own| (own.name.clone(), own.base_color));
     assert_eq!(again.fitted.ground, Some(1));
     assert_eq!(ground(&read(&folder, &written).unwrap()).unwrap().0, "ground");
-    // Light that a file brings takes the place of what was fitted to its base.
+    // Light that a file brings replaces everything that was fitted to its base.
     let lit =
         read(&folder, "base = 'tile.obj'\n[[lights]]\nkind = 'directional'\ndirection = [0, -1, 0]\nintensity = 10\n")
             .unwrap();
@@ -116,7 +116,7 @@ fn an_atmosphere_brings_its_sun_where_that_is_asked_for() {
     assert!((sun.direction + direction).length() < 1e-12);
     assert!((sun.direction - DVec3::new(0.75f64.sqrt(), 0.5, 0.0)).length() < 1e-12, "{}", sun.direction);
     assert!(scene.check().is_ok());
-    // At night there is none.
+    // A night sky has no sun.
     let night = read(&folder, "[sky]\natmosphere = { elevation_degrees = -20, sun = true }").unwrap();
     assert!(night.lights.is_empty() && night.sky.is_some_and(|sky| sky.sun.is_none()));
 }

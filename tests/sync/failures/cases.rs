@@ -20,9 +20,9 @@ use super::play::{Play, PlayStage};
 use crate::common::failures_layer::{environment, folder, implicit_environment};
 use crate::common::tries_all;
 
-/// Nothing here takes longer, with layers on: a case that does hangs.
+/// The longest time of a case, with layers on: a case that takes longer hangs.
 const HANGS: Duration = Duration::from_secs(10);
-/// The same for a child that starts, and draws all of it twice.
+/// The longest time of a child that starts and draws all of it twice.
 const STARTS: Duration = Duration::from_secs(120);
 
 /// The number of the case that a child begins with.
@@ -30,9 +30,9 @@ const FROM: &str = "AFTERLIGHT_FAILURES_FROM";
 /// Environment variable: the kind of cases that a child plays, `commands` or `allocations`.
 const KIND: &str = "AFTERLIGHT_FAILURES_KIND";
 
-/// Before the command in which an allocation was refused, as the layer tells it and as cases do.
+/// The words before the command in which an allocation was refused, in the layer's lines and in cases.
 const IN: &str = " is refused in ";
-/// Stands for commands that cannot fail, such as those that record, and for a driver's own setup.
+/// Stands for commands that cannot fail, such as recording commands, and for a driver's own setup.
 const NO_COMMAND: &str = "a command that cannot fail";
 
 /// The file that takes a child's standard error, in the folder of its layer.
@@ -72,9 +72,9 @@ const NEVER_MADE: &str = "the call was never made";
 
 /// The outcome of a case that passed.
 enum Passed {
-    /// With this error.
+    /// The program ended with this error.
     Failed(String),
-    /// The program goes on, and draws what it always draws.
+    /// The program went on and drew the usual pictures.
     WentOn,
 }
 
@@ -118,7 +118,7 @@ impl Stand {
 }
 
 impl Dry {
-    /// With the calls of commands that only another run has made.
+    /// Adds the calls of commands that only another run has made.
     fn with_calls_of(mut self, commands: &[&str], other: &Dry) -> Dry {
         for ((_, own), (_, other)) in self.order.iter_mut().zip(&other.order) {
             own.extend(other.iter().filter(|(command, _)| commands.contains(command)));
@@ -174,7 +174,7 @@ impl Dry {
         cases
     }
 
-    /// Each allocation of host memory, of several thousand every so many; in `make test` five of them.
+    /// Returns cases for allocations of host memory: every n-th of several thousand; in `make test` five of them.
     fn allocations(&self) -> Vec<Case> {
         let calls = self.calls(ALLOCATION);
         let case = |nth, stage| Case {
@@ -208,7 +208,7 @@ fn play(stand: &Stand) -> Played {
     }
 }
 
-/// Plays a case. The error says what is wrong with its outcome.
+/// Plays a case. The error names the fault of its outcome.
 fn judge(stand: &Stand, dry: &Dry, case: &Case) -> Result<Passed, String> {
     stand.layer.reset();
     let before = stand.layer.live_allocations();
@@ -370,7 +370,7 @@ fn check_error(case: &Case, error: &frame::Error) -> Result<(), String> {
     Ok(())
 }
 
-/// Plays the cases of a kind. Started by the tests below, as a process of its own.
+/// Plays the cases of a kind. The tests below start it as a separate process.
 #[test]
 #[ignore = "a child of the tests of failures"]
 fn child() {

@@ -15,7 +15,8 @@ use super::play::Play;
 use crate::common::failures_layer::{LIBRARY, environment, folder};
 use crate::common::some_of;
 
-/// More than the allocator's largest block of mapped memory: a buffer of this size is alone in memory of its own size, which is no whole number of atoms.
+/// More than the allocator's largest block of mapped memory: a buffer of this size gets a dedicated allocation, whose size is no whole number of
+/// atoms.
 const LARGE: u64 = (64 << 20) + 4;
 
 #[test]
@@ -27,7 +28,7 @@ fn memory_that_is_not_coherent_is_flushed_within_its_bounds_and_frames_go_on_aft
     assert!(output.status.success() && told.contains("1 passed"), "{told}");
 }
 
-/// Writes, reads and draws. Started by the test above, as a process of its own.
+/// Writes, reads and draws. The test above starts it as a separate process.
 #[test]
 #[ignore = "a child of the test of incoherent memory"]
 fn child() {

@@ -8,7 +8,7 @@ use libloading::Library;
 
 use crate::common::failures_layer::LIBRARY;
 
-/// Returns a command that starts one ignored test of this program in a process of its own, with the layer in it by this environment.
+/// Returns a command that starts one ignored test of this program in a separate process, with this environment, which loads the layer.
 pub fn child_of(test: &str, environment: Vec<(&str, OsString)>) -> Command {
     // Not `current_exe`: that may be the dynamic linker (scripts/on-debian13).
     let own = env::args().next().expect("a program has a name");
@@ -30,7 +30,7 @@ pub fn child_of(test: &str, environment: Vec<(&str, OsString)>) -> Command {
 pub struct Layer(Library);
 
 impl Layer {
-    /// The same library as the loader opens, so that both have the same state.
+    /// Opens the library that the loader opens, so that both share one state.
     pub fn of_this_process() -> Self {
         let place = env::var_os(LIBRARY).expect("the parent tells where the library is");
         // SAFETY: it is the project's own, and does nothing when it is loaded.
@@ -80,7 +80,7 @@ impl Layer {
         self.number(b"afterlight_failures_allocations")
     }
 
-    /// The command in which an allocation was refused last; none for one that cannot fail, such as those that record.
+    /// Returns the command in which an allocation was refused last, or `None` if that command cannot fail, such as a recording command.
     pub fn refused_in(&self) -> Option<String> {
         let name: *const c_char = self.number(b"afterlight_failures_refused_in");
         // SAFETY: it is null, or a text that lives as long as the library.

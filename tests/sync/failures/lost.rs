@@ -11,7 +11,7 @@ use super::layer::{Layer, child_of};
 use super::play::Play;
 use crate::common::failures_layer::{LIBRARY, environment, folder};
 
-/// Commands that can say so and are not called here: those of instances and of presentation.
+/// Commands that can report a lost device and are not called here, since they belong to instances or to presentation.
 const ELSEWHERE: [&str; 5] =
     ["vkAcquireNextImage2KHR", "vkAcquireNextImageKHR", "vkCreateDevice", "vkCreateSwapchainKHR", "vkQueuePresentKHR"];
 
@@ -25,7 +25,7 @@ fn a_lost_device_answers_every_later_call_so_and_another_one_draws_on() {
     assert!(output.status.success() && told.contains("1 passed"), "{told}");
 }
 
-/// Loses a device. Started by the test above, as a process of its own.
+/// Loses a device. The test above starts it as a separate process.
 #[test]
 #[ignore = "a child of the test of a lost device"]
 fn child() {
@@ -70,7 +70,7 @@ fn child() {
                 assert_eq!(call(), Err(vk::Result::ERROR_DEVICE_LOST), "{name}, round {round}");
             }
         }
-        // Calls that cannot say so are made as ever.
+        // Calls that cannot report the loss are made as ever.
         let later = raw.create_fence(&vk::FenceCreateInfo::default(), None).expect("a fence");
         for fence in [fence, later] {
             raw.destroy_fence(fence, None);

@@ -1,5 +1,5 @@
-//! Every command of Vulkan that can fail does so once, with each result that it may have, by the layer of `tests/failures-layer`: errors name the
-//! command, nothing panics, hangs or is left behind, and the next picture is the same to the last bit. docs/FAILURES.md tells of it.
+//! Every Vulkan command that can fail fails once with each of its results, through the layer of `tests/failures-layer`: errors name the command,
+//! nothing panics, hangs or is left behind, and the next picture is the same to the last bit. docs/FAILURES.md describes this.
 
 mod cases;
 mod incoherent;

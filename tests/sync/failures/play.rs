@@ -52,9 +52,9 @@ impl fmt::Display for PlayStage {
 pub struct Play {
     scene: Scene,
     settings: Settings,
-    /// The same with other passes.
+    /// Settings with other passes.
     others: Settings,
-    /// The same by the other API of synchronization, for devices that have it.
+    /// Settings with the other synchronization API, for devices that have it.
     by_2: Option<Settings>,
     presents: bool,
     validation: Validation,
@@ -74,7 +74,7 @@ impl Play {
         Self::new(true, presents(), Validation::Synchronization)
     }
 
-    /// Without presentation, and without layers that have memory of their own: each allocation is the driver's or the loader's.
+    /// Plays without presentation, and without layers that allocate memory: each allocation is the driver's or the loader's.
     pub fn bare() -> Self {
         Self::new(false, false, Validation::Off)
     }

@@ -1,4 +1,4 @@
-//! The program when a call fails: it prints one line, ends with its exit code, leaves old files as they were, and those that it has written whole.
+//! The program when a call fails: it prints one line, ends with its exit code, and leaves old files and wholly written new ones intact.
 
 use std::collections::BTreeSet;
 use std::ffi::OsString;
@@ -189,7 +189,7 @@ fn pictures_of_a_path_that_were_written_before_the_device_is_lost_are_whole() {
     assert_eq!(fs::read(stand.at("walk-0008.png")).expect("it is there"), b"old");
     stand.whole(WALK);
     assert_eq!(names(stand.work.path()).len(), 10);
-    // Pictures before the loss are those of a run without one.
+    // Pictures before the loss equal an undisturbed run's.
     for (name, bytes) in pictures.iter().zip(whole) {
         assert!(fs::read(stand.at(name)).expect("read") == bytes, "{name}");
     }

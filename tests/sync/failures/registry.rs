@@ -16,7 +16,7 @@ const EXTENSIONS: [&str; 7] = [
     "VK_EXT_headless_surface",
     "VK_EXT_debug_utils",
 ];
-/// Single commands of later versions that the program calls, by the names of their extensions. Their other names are aliases.
+/// Single commands of later versions that the program calls by the names of their extensions. Other names of these commands are aliases.
 const COMMANDS: [&str; 2] = ["vkCreateRenderPass2", "vkQueueSubmit2"];
 
 /// Commands whose functions in the layer are written by hand, and one of the loader alone, for which no layer is asked.
@@ -103,7 +103,7 @@ fn is_chosen(node: &Node<'_, '_>) -> bool {
         || node.has_tag_name("extension") && EXTENSIONS.contains(&name)
 }
 
-/// The names that a feature or an extension requires, those included that it requires only together with another part of Vulkan.
+/// Returns the names that a feature or an extension requires, including names that it requires only together with another part of Vulkan.
 fn required<'a>(part: Node<'a, 'a>, tag: &'a str, attribute: &'a str) -> impl Iterator<Item = &'a str> {
     let requires = part.children().filter(|node| node.has_tag_name("require"));
     let own = requires.flat_map(|require| require.children()).filter(move |node| node.has_tag_name(tag));
@@ -154,7 +154,7 @@ fn version(root: Node<'_, '_>) -> String {
     format!("{}.{}.{}", number(numbers[1]), number(numbers[2]), number(patch))
 }
 
-/// The results of a command without `VK_`, of those that this part of Vulkan has.
+/// Returns a command's results, without `VK_`, as far as this part of Vulkan has them.
 fn codes(command: Node<'_, '_>, attribute: &str, results: &BTreeSet<&str>) -> Vec<String> {
     let all = command.attribute(attribute).unwrap_or_default().split(',');
     let own = all.filter(|code| results.contains(code) && *code != "VK_SUCCESS");

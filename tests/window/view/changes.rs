@@ -13,7 +13,7 @@ use super::harness::{SIZE, Server, View, key, rendered, size_text};
 const SCENE: &str = "base = 'builtin:spheres'\n";
 const DARK: &str = "base = 'builtin:spheres'\nbase_lights = false\n[environment]\nambient = [300, 300, 300]\n";
 
-/// Hides what the program tells over the picture, and waits for the expected picture.
+/// Hides the text over the picture, and waits for the expected picture.
 fn without_a_word(server: &Server, view: &mut View, expected: &[u8], what: &str) {
     server.tap(key::ESCAPE);
     view.shows(expected, what);

@@ -1,4 +1,5 @@
-//! Clips in the window: it plays as it opens, rests at a moment that is asked for, and keys pause, go through time and pick what plays.
+//! Clips in the window: the window opens with clips that play, they rest at a requested moment, and keys pause them, go through time and pick the
+//! ones that play.
 
 use std::fs;
 

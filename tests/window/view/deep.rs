@@ -15,8 +15,8 @@ pub const EV100: &str = "6";
 /// All codes of 10 bits are up to this.
 pub const MOST: f64 = 1023.0;
 
-/// Returns true if the driver brings pictures into such windows. Mesa's software drivers once called every window's image one of depth 24 (`24` in
-/// 22.3's `x11_present_to_x11_sw`, `chain->depth` later). The server refuses such an image for a window of another depth, which stays black.
+/// Returns true if the driver brings pictures into windows of 10 bits. Mesa's software drivers once called every window's image one of depth 24 (`24`
+/// in 22.3's `x11_present_to_x11_sw`, `chain->depth` later). The server refuses these images for a window of another depth, which stays black.
 pub fn shows() -> bool {
     let told = program().arg("doctor").output().expect("the program starts").stdout;
     let told = text(&told);
@@ -30,7 +30,7 @@ pub fn shows() -> bool {
     shows
 }
 
-/// Returns a code of 8 bits on the scale of those of 10.
+/// Returns a code of 8 bits on the scale of 10-bit codes.
 fn widened(code: u8) -> f64 {
     f64::from(code) / 255.0 * MOST
 }
@@ -87,7 +87,7 @@ pub fn split(view: &mut View, server: &Server) -> (String, Vec<u16>) {
     (beside.to_owned(), view.codes_of_10_bits())
 }
 
-/// Returns the indices of a split window's codes: those of the picture, and those of the view beside.
+/// Returns the indices of a split window's codes: of the picture, and of the view beside it.
 pub fn sides() -> (Vec<usize>, Vec<usize>) {
     let (width, height) = (usize::from(SIZE[0]), usize::from(SIZE[1]));
     // Below the names of the views, and beside the divider.

@@ -40,7 +40,7 @@ fn a_row_is_switched_off_shows_its_hazard_and_leaves_no_trace_when_it_is_on_agai
     let first = &cleared[..3];
     assert!(cleared.chunks(3).all(|pixel| pixel == first), "something is drawn");
     assert!(first.iter().any(|&code| code > 0), "nothing is cleared to the background");
-    // Its label is over the picture, with the panel or without.
+    // The label is over the picture, with the panel or without.
     let with_panel = view.pixels();
     server.tap(key::B);
     let with_label = view.settles_elsewhere(&with_panel);

@@ -1,4 +1,4 @@
-//! Windows that stay open when calls of Vulkan fail: where a surface is lost, and where there is no memory for frames of another size.
+//! Windows that stay open when calls of Vulkan fail: the surface is lost, or memory runs out for frames of another size.
 
 use std::process::{Command, Stdio};
 

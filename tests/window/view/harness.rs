@@ -103,7 +103,7 @@ impl Server {
         Self::of_depth(24)
     }
 
-    /// With windows of so many bits a pixel.
+    /// Starts a server with windows of `bits` bits a pixel.
     pub fn of_depth(bits: u32) -> Self {
         let mut command = Command::new("Xvfb");
         let screen = format!("1280x1024x{bits}");
@@ -120,7 +120,7 @@ impl Server {
         Self { process: RefCell::new(process), display, connection, root, environment: Vec::new() }
     }
 
-    /// The same for programs that are started with more in their environment.
+    /// Adds variables to the environment of the programs that open their windows here.
     pub fn with_environment(mut self, environment: Vec<(&'static str, OsString)>) -> Self {
         self.environment = environment;
         self
@@ -203,13 +203,13 @@ impl<'a> View<'a> {
             command.args(["--messages", "off"]);
         }
         if !arguments.contains(&"--dynamic-resolution") {
-            // A picture that depends on how fast the machine is has tests of its own.
+            // Pictures that depend on the machine's speed have separate tests.
             command.args(["--dynamic-resolution", "off"]);
         }
         Self::of(server, command)
     }
 
-    /// The same of an example.
+    /// Opens a window of an example and waits for it.
     pub fn example(server: &'a Server, name: &str, arguments: &[&str]) -> Self {
         let mut command = example(name);
         command.args(arguments);
@@ -227,7 +227,7 @@ impl<'a> View<'a> {
             view.assert_running();
             server.find()
         });
-        // Without a window manager nobody else gives it the keys.
+        // No window manager gives the window the keyboard focus.
         let focused = server.connection.set_input_focus(InputFocus::PARENT, view.window, x11rb::CURRENT_TIME);
         focused.expect("sent").check().expect("the window takes the keys");
         view
@@ -461,12 +461,12 @@ pub fn floats(path: &Path) -> Vec<f32> {
     image::open(path).unwrap_or_else(|error| panic!("{}: {error}", path.display())).into_rgb32f().into_raw()
 }
 
-/// The same picture without a window.
+/// Returns the picture that the program draws without a window.
 pub fn rendered(size: [u16; 2], arguments: &[&str]) -> Vec<u8> {
     rgb(&render(size, arguments, "rendered.png").path().join("rendered.png"))
 }
 
-/// Draws it into a file of the folder that it returns.
+/// Draws a picture into a file of the folder that it returns.
 pub fn render(size: [u16; 2], arguments: &[&str], file: &str) -> TempDir {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let mut command = program();

@@ -1,4 +1,4 @@
-//! Windows on a display that shows more than white (HDR10): the codes are those of the light, computed here in f64 from the standards.
+//! Windows on a display that shows more than white (HDR10): the codes encode the light, as computed here in f64 from the standards.
 
 use afterlight::passes::curves::{encode_srgb, tone_map, tone_map_up_to};
 use afterlight::scene::Tonemap;

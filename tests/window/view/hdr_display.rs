@@ -29,7 +29,7 @@ static LIBRARY: LazyLock<PathBuf> = LazyLock::new(|| {
     library.unwrap_or_else(|| panic!("cargo tells of no library: {told}"))
 });
 
-/// Its server, and the folder where the loader finds the layer.
+/// Holds the display's server, and the folder where the loader finds the layer.
 pub struct HdrDisplay {
     pub server: Server,
     _layers: TempDir,
@@ -56,8 +56,8 @@ impl HdrDisplay {
 }
 
 fn environment(layers: &Path) -> Vec<(&'static str, OsString)> {
-    // From the program down to the driver. Other layers that the program asks for come below these. Loaders about 1.3.239 have layers in the order of
-    // their folders instead (KhronosGroup/Vulkan-Loader#1170): there validation is not told of the colour space.
+    // Layers in the order from the program down to the driver. Other layers that the program asks for come below these. Loaders about 1.3.239 have
+    // layers in the order of their folders instead (KhronosGroup/Vulkan-Loader#1170): there validation is not told of the colour space.
     let order = format!("VK_LAYER_KHRONOS_validation:{NAME}");
     // Loaders look for layers in the folders of `VK_LAYER_PATH` alone where that is set, as on Debian 13's stack: then the folder is added there.
     let folders = match env::var_os("VK_LAYER_PATH") {

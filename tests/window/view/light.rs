@@ -1,4 +1,4 @@
-//! Pictures of light, taken in a window: bit by bit those of `render`.
+//! Pictures of light that are taken in a window equal `render`'s bit by bit.
 
 use std::fs;
 use std::path::Path;
@@ -100,7 +100,7 @@ fn what_is_changed_on_a_panel_is_in_the_light() {
     let server = Server::start();
     let (scene, tall) = ("builtin:spheres", [480u16, 560]);
     let size = size_text(tall);
-    // Light is shown as it is, so that the picture tells what the light must be.
+    // Light is shown unchanged, so that the picture gives the expected light.
     let exposure = "2";
     let arguments = [scene, "--size", &size, "--tonemap", "none", "--exposure", exposure];
     let mut view = View::open(&server, &arguments);

@@ -41,10 +41,9 @@ fn a_message_lies_over_the_picture_for_some_seconds_and_is_not_in_a_screenshot()
     view.closes_well();
 }
 
-/// Each move of the mouse over open panels makes a redraw, and so does each step of a widget's animation. None of these draws the scene.
+/// Each move of the mouse over open panels makes a redraw, and so does each step of a widget's animation. These redraws do not draw the scene.
 #[test]
 fn the_picture_under_panels_is_not_drawn_again() {
-    // With dynamic resolution, and without.
     for resolution in ["on", "off"] {
         under_panels(resolution);
     }

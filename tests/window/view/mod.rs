@@ -75,7 +75,7 @@ fn keys_and_the_mouse_move_the_camera_and_bring_it_back() {
     server.fake(MOTION, 0, [70, 45]);
     server.fake(BUTTON_RELEASE, 1, [0; 2]);
     let turned = view.settles_elsewhere(&nearer);
-    // Without a button the mouse only passes by.
+    // A mouse move without a button has no effect.
     server.fake(MOTION, 0, [100, 60]);
     sleep(Duration::from_millis(300));
     assert!(view.pixels() == turned, "the mouse turns the camera without a button");
@@ -145,8 +145,8 @@ fn a_hidden_or_still_window_draws_nothing_and_comes_back_as_it_was() {
     view.closes_well();
 }
 
-/// Drivers read events in threads of their own and keep those that are the window's: a program that waits for its connection to have something to
-/// read would not come to know of them.
+/// Drivers read events in separate threads and keep the window's: a program that waits for its connection to have something to read would not come to
+/// know of them.
 #[test]
 fn the_driver_has_a_connection_of_its_own() {
     let server = Server::start();
@@ -213,7 +213,7 @@ fn a_scale_factor_that_is_none_is_refused_before_a_window_is_opened() {
     let refused = |factor: &str| {
         let mut command = program();
         command.arg("view").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
-        // No server has this number: what passes the check ends for the want of one.
+        // No server has this number: a factor that passes the check ends for lack of a server.
         command.env("DISPLAY", ":7654").env("WINIT_X11_SCALE_FACTOR", factor);
         let output = command.output().expect("the program starts");
         let errors = text(&output.stderr);

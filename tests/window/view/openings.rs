@@ -1,4 +1,4 @@
-//! Windows that are opened and closed in one process, one after the other, each with a device of its own: all that they take is given back.
+//! Windows that are opened and closed in one process, one after the other, each with a separate device: everything that they take is given back.
 
 use std::process::Command;
 use std::sync::Arc;
@@ -106,7 +106,7 @@ impl ApplicationHandler for App {
     }
 }
 
-/// A process has one event loop at most, and windows of other tests would count: the test below starts this one in a process of its own.
+/// A process has one event loop at most, and windows of other tests would count: the test below starts this one in a separate process.
 #[test]
 #[ignore = "windows_opened_and_closed_in_one_process_leave_nothing starts it"]
 fn windows_of_a_process_of_their_own() {

@@ -98,7 +98,7 @@ impl App {
                 }
                 let expected = enlarged(bytes(&own), size, settings.light_path == LightPath::Compute);
                 let allowed = if share < 1.0 { 3 } else { 0 };
-                // Presentation copies into the window in a thread of its own.
+                // Presentation copies into the window in a separate thread.
                 until("the picture in the window", || {
                     let shown = pixels(&window);
                     let most = shown.iter().zip(&expected).map(|(own, other)| own.abs_diff(*other)).max();
@@ -164,7 +164,7 @@ fn show_again(presenter: &mut Presenter, scene: &Scene, settings: &Settings) {
     let before = picture(presenter, false);
     assert!(presenter.keeps(camera) && presenter.has_picture());
     let figures = presenter.drawn();
-    // Into each of its images.
+    // The picture is shown again in each of the window's images.
     for _ in 0..4 {
         assert_eq!(picture(presenter, true).pixels, before.pixels);
     }
@@ -204,7 +204,8 @@ fn pixels(window: &Window) -> Vec<u8> {
     image.data.as_chunks::<4>().0.iter().flat_map(|&[b, g, r, _]| [r, g, b]).collect()
 }
 
-/// A picture of this size over the whole window, RGB: linear between the centres of its pixels, of light or, where it is `plain`, of codes.
+/// Returns a picture of this size enlarged to the whole window, RGB: interpolated linearly between the centres of its pixels, in light or, if it is
+/// `plain`, in codes.
 fn enlarged(rgba: &[u8], [width, height]: [u32; 2], plain: bool) -> Vec<u8> {
     let value = |code: u8| if plain { f64::from(code) / 255.0 } else { decode_srgb(f64::from(code) / 255.0) };
     let code = |value: f64| ((if plain { value } else { encode_srgb(value) }) * 255.0).round() as u8;
@@ -230,7 +231,7 @@ fn enlarged(rgba: &[u8], [width, height]: [u32; 2], plain: bool) -> Vec<u8> {
     all
 }
 
-/// A process has one event loop at most: the test below starts this one in a process of its own.
+/// A process has one event loop at most: the test below starts this one in a separate process.
 #[test]
 #[ignore = "a_coarse_picture_is_a_renderers_and_fills_the_window starts it"]
 fn coarse_pictures_in_a_process_of_their_own() {

@@ -172,7 +172,7 @@ fn the_divider_shows_where_it_can_be_held_and_a_double_click_ends_the_split() {
     assert!(stays, "the camera stays while the divider is held");
     server.tap(key::R);
 
-    // The next view, and around to it; never that of the picture itself.
+    // Shift and X show the next view, and go around; they never show the picture's own view.
     with_shift(&server, key::X);
     view.waits_to_tell("split: final | normal\n");
     for _ in 0..2 {

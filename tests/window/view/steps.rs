@@ -6,7 +6,7 @@ use std::path::Path;
 
 use super::harness::{SIZE, Server, View, key, rendered, rgb, size_text};
 
-/// Lights in the order in which a frame has them: directional ones, those that reach everywhere, those of limited reach.
+/// Lights in the order in which a frame has them: directional lights, lights that reach everywhere, lights of limited reach.
 const LIGHTS: [(&str, &str); 4] = [
     ("sun", "kind = \"directional\"\ndirection = [-0.4, -1, -0.6]\nintensity = 1.5"),
     ("bulb", "kind = \"point\"\nposition = [0.6, 0.9, 0.8]\nintensity = 0.6\ncolor = [1, 0.6, 0.3]"),

@@ -1,4 +1,5 @@
-//! The window under Wayland: on compositors without a display (Weston, and Sway for scales that are no whole numbers), which tell by screenshots what they show.
+//! The window under Wayland: on compositors without a display (Weston, and Sway for scales that are no whole numbers), which return the shown picture
+//! as a screenshot.
 
 use std::fs::{self, Permissions};
 use std::os::unix::fs::PermissionsExt;
@@ -33,8 +34,8 @@ impl Compositor {
         Self::start_at(1)
     }
 
-    /// Starts it on a display with so many pixels to a point. At more than one Weston draws by OpenGL: its other renderer ends with a segmentation
-    /// fault there when a window draws its own frame (10.0.1).
+    /// Starts Weston on a display with `scale` pixels to a point. At more than one Weston draws by OpenGL: its other renderer ends with a
+    /// segmentation fault there when a window draws its own frame (10.0.1).
     fn start_at(scale: u32) -> Self {
         let folder = tempfile::tempdir().expect("a temporary folder");
         fs::set_permissions(folder.path(), Permissions::from_mode(0o700)).expect("its owner's");
@@ -47,14 +48,15 @@ impl Compositor {
             false => ["--backend=headless", if scale == 1 { "--renderer=pixman" } else { "--renderer=gl" }],
         };
         let mut command = Command::new("weston");
-        // With --debug any program may take a screenshot.
+        // --debug lets any program take a screenshot.
         command.args(how).args(["--no-config", "--debug", "--idle-time=0", "--width=800", "--height=600"]);
         command.args([format!("--socket={SOCKET}"), format!("--scale={scale}")]).env("XDG_RUNTIME_DIR", folder.path());
         let process = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("it has told its version");
         Self { process, folder, socket: SOCKET, shooter: "weston-screenshooter" }.started()
     }
 
-    /// Sway on a display three times as wide and high as the window, which lies in its middle: on whole pixels at scales of halves. `None` where there is no Sway, or an older one.
+    /// Starts Sway on a display three times as wide and high as the window, which lies in its middle: on whole pixels at scales of halves. Returns
+    /// `None` without Sway or with an older version.
     fn sway(scale: f64) -> Option<Self> {
         let told = Command::new("sway").arg("--version").output().ok()?;
         let version = text(&told.stdout);

@@ -4,10 +4,10 @@
 //! The reasons of the other lists were found with frames carried so, and may hold here or not. So a notice is never unexpected here.
 
 use super::Mutant;
+use super::unreported::{LAYER, NEWEST};
 use afterlight::frame::layout_changes;
 use afterlight::frame::list::{Step, StepList};
-use afterlight::frame::rows::unreported_mutants::{LAYER, NEWEST, RowPart};
-use afterlight::frame::rows::{PassName, Row, Side, SyncKind};
+use afterlight::frame::rows::{Endpoint, Row, RowPart, Side, SyncKind};
 use afterlight::gpu::Queue;
 use afterlight::gpu::sync::{Layouts, SyncVersion};
 use afterlight::gpu::vk::{AccessFlags2 as A, PipelineStageFlags2 as S};
@@ -62,7 +62,7 @@ fn is_of_drawing(mutant: &Mutant) -> bool {
 
 /// Returns true if a render pass waits by the row for an earlier one of its frame.
 fn is_between_render_passes(row: &Row) -> bool {
-    row.carrier.is_render_pass() && !row.is_between_subpasses() && row.from != PassName::OUTSIDE
+    row.carrier.is_render_pass() && !row.is_between_subpasses() && row.from != Endpoint::OUTSIDE
 }
 
 fn changes_a_layout(mutant: &Mutant) -> bool {
@@ -114,7 +114,7 @@ static CARRIED_FRAMES: &[CarriedFrames] = &[
         is_of: |_| true,
         is_about: |mutant| {
             let is_first_scope = matches!(mutant.part, RowPart::Row | RowPart::Bits(Side::Before, _));
-            mutant.plan.passes == Passes::LocalRead && mutant.row.from == PassName::OUTSIDE && is_first_scope
+            mutant.plan.passes == Passes::LocalRead && mutant.row.from == Endpoint::OUTSIDE && is_first_scope
         },
         why: "where another row of the frame is a barrier on all memory before a rendering, as those of subpasses without a change of layout are, the layer lets it order all earlier frames. \
               It is about what its own pass touches",
@@ -130,7 +130,7 @@ static CARRIED_FRAMES: &[CarriedFrames] = &[
     CarriedFrames {
         is_of: |layer| layer >= NEWEST,
         is_about: |mutant| {
-            let is_of_buffer = mutant.row.carrier == SyncKind::BufferBarrier && mutant.row.from == PassName::OUTSIDE;
+            let is_of_buffer = mutant.row.carrier == SyncKind::BufferBarrier && mutant.row.from == Endpoint::OUTSIDE;
             mutant.plan.sync == SyncVersion::Two && is_of_buffer
         },
         why: "the layer lets another row from the last frame order it, which waits for the same stage and is about something else",
@@ -180,24 +180,24 @@ static CARRIED_FRAMES: &[CarriedFrames] = &[
 
 /// Returns true if the row is between uses on two queues: the transfer of what both use, or a row that leads to it or on from it.
 fn is_between_queues(mutant: &Mutant) -> bool {
-    let beside = |place: &PassName| {
+    let beside = |place: &Endpoint| {
         let steps = StepList::of(mutant.plan).0;
         steps
             .iter()
-            .any(|step| matches!(step, Step::Commands(own) if own.pass.place == *place && own.queue != Queue::Graphics))
+            .any(|step| matches!(step, Step::Commands(own) if own.pass.name == *place && own.queue != Queue::Graphics))
     };
     let row = &mutant.row;
     let is_transfer = matches!(row.carrier, SyncKind::Ownership(_));
-    // What waits by such a row on the graphics queue comes after the transfer back.
+    // On the graphics queue, the work that waits by this row comes after the ownership transfer back.
     is_transfer || row.carrier.is_render_pass() && (beside(&row.from) || row.waiting.iter().any(beside))
 }
 
-/// Returns true if a row before it in the frame lets another pass read what the same one wrote.
+/// Returns true if an earlier row of the frame lets another pass read the writes of this row's first pass.
 fn follows_another_reader(mutant: &Mutant) -> bool {
     let (table, row) = (mutant.rows_of_plan(), &mutant.row);
     let mut before = table.iter().take_while(|other| other.name != row.name);
     let shares = |other: &Row| other.resources.iter().any(|resource| row.resources.contains(resource));
-    before.any(|other| (other.from == row.from || row.from == PassName::OUTSIDE) && shares(other))
+    before.any(|other| (other.from == row.from || row.from == Endpoint::OUTSIDE) && shares(other))
 }
 
 /// Returns true if the pass that waits tests depth, and reads no attachment otherwise.

@@ -36,7 +36,8 @@ const FRAME: &[Variation] = &[
     Variation::of("view of light", |settings| settings.view = View::Lighting),
 ];
 
-/// Variations that, with those of effects, say which passes draw and in which render passes. Up to [`MOST`] of them are tried together.
+/// Variations that decide, together with the variations of effects, which passes draw and in which render passes. Up to [`MOST`] of them are tried
+/// together.
 const PASSES: &[Variation] = &[
     Variation::with("sunlit", |scene| *scene = sunlit(), |_| {}),
     Variation::of("forward", |settings| settings.light_path = LightPath::Forward),
@@ -77,7 +78,7 @@ fn sets() -> Vec<Vec<&'static Variation>> {
     let (alone, combined): (Vec<&Variation>, Vec<&Variation>) = plan::variations().partition(|own| own.is_alone);
     let few = FRAME.len() + alone.len();
     let all: Vec<&Variation> = FRAME.iter().chain(alone).chain(PASSES).chain(combined).collect();
-    // Sets hold places in `all`. Those after the first few may be in larger sets.
+    // Sets hold indices into `all`. Sets of more than two leave out the first `few` variations.
     let mut last: Vec<Vec<usize>> = vec![Vec::new()];
     let mut sets = last.clone();
     for size in 1..=MOST {
@@ -99,7 +100,7 @@ fn rows(case: &MutantCase) -> Vec<Row> {
     table.map_or(Vec::new(), |table| table.iter().filter(|row| row.carrier.stays().is_none()).map(Row::masks).collect())
 }
 
-/// Leaves out cases of which each row is among those before. `seen` are the rows of these.
+/// Keeps only the cases with a row that no case before has. `seen` holds the rows of the cases before.
 fn with_new_rows(cases: Vec<MutantCase>, seen: &mut Vec<Row>) -> Vec<MutantCase> {
     let tables: Vec<Vec<Row>> = cases.par_iter().map(rows).collect();
     let mut has_new = |rows: Vec<Row>| {
@@ -139,7 +140,7 @@ const CARRIERS: &[Variation] = &[
     Variation::of("on all queues", |settings| settings.queues = Queues::All),
 ];
 
-/// The variations that [`CARRIERS`] are tried with, by their names: each gives rows of another kind. Effects have sets of their own besides.
+/// The variations that [`CARRIERS`] are tried with, by name: each set gives another kind of rows. Effects have further sets.
 const CARRIED: &[&[&str]] = &[
     &[],
     &["textured"],
@@ -166,7 +167,7 @@ fn carried() -> Vec<MutantCase> {
     sets.flat_map(with).collect()
 }
 
-/// The same frames as a window shows them, in both ways for a picture to come there.
+/// The cases with a tone-mapped picture as a window shows them, by both paths of a picture into the window.
 #[cfg(feature = "present")]
 fn shown(cases: &[MutantCase]) -> Vec<MutantCase> {
     use super::PresentPath;

@@ -41,9 +41,9 @@ pub enum MutantError {
 /// The rules that the layer finds broken in a mutant's frames.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct BrokenRules {
-    /// Without the heuristic of accesses by shaders.
+    /// The rules broken without the layer's shader-access heuristic.
     pub plain: BTreeSet<String>,
-    /// With it; `None` where the layer has none.
+    /// The rules broken with the heuristic; `None` if the layer does not have it.
     pub heuristic: Option<BTreeSet<String>>,
     /// The time that drawing the mutant took, in both modes.
     pub seconds: f64,
@@ -81,7 +81,7 @@ const AT_A_TIME: usize = 24;
 type Judged = (BTreeSet<String>, f64);
 
 impl Laboratory {
-    /// A device for each mode. Frames are presented where there are surfaces without a display.
+    /// Opens a device for each mode. Frames are presented if surfaces without a display are supported.
     ///
     /// # Errors
     /// Without a driver or the layer.

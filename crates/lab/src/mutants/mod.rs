@@ -1,14 +1,16 @@
 //! Mutants as a test of validation layers: frames from which one dependency is missing, or one bit of one, and a layer's reports of them.
 //!
-//! [`afterlight::frame::proof`] computes from the specification that each mutant loses something. A mutant that a layer does not report is expected
-//! where [`unreported_mutants`](afterlight::frame::rows::unreported_mutants) argues it, or the layer is too old ([`older`]) or too new ([`newer`]), and a failure elsewhere.
+//! [`afterlight_proof`] computes from the specification that each mutant loses something. A mutant that a layer does not report is expected
+//! where [`unreported`] argues it, or the layer is too old ([`older`]) or too new ([`newer`]), and a failure elsewhere.
 
 mod carried;
 mod cases;
+pub mod experiment;
 mod laboratory;
 mod newer;
 mod older;
 mod scenes;
+pub mod unreported;
 mod verdict;
 mod watched;
 
@@ -17,16 +19,15 @@ use std::fmt;
 use rayon::prelude::*;
 
 use afterlight::frame::plan_with;
-use afterlight::frame::proof::{FrameModel, Hazard};
-use afterlight::frame::rows::unreported_mutants::RowPart;
-use afterlight::frame::rows::{self, PassName, Row, Rows, Side, SyncKind};
+use afterlight::frame::rows::{self, Endpoint, Row, RowPart, Rows, Side, SyncKind};
 use afterlight::gpu::vk;
 use afterlight::plan::{self, Capabilities, Encoding, FramePlan, PresentTarget, Transfer};
 use afterlight::scene::{Scene, Settings};
+use afterlight_proof::{FrameModel, Hazard};
 
-pub use afterlight::frame::experiment::PresentPath;
 pub use carried::CarriedFrames;
 pub use cases::cases;
+pub use experiment::PresentPath;
 pub use laboratory::{BrokenRules, Laboratory, MutantError};
 pub use newer::Hidden;
 pub use older::OlderLayers;
@@ -36,13 +37,13 @@ pub use watched::{Drawn, LayerDevice, NO_EXTENSIONS};
 /// A plan to take dependencies from.
 #[derive(Debug, Clone)]
 pub struct MutantCase {
-    /// In words: `sunlit`.
+    /// The name in words: `sunlit`.
     pub name: String,
     /// The scene that is drawn.
     pub scene: Scene,
     /// The settings of its frames.
     pub settings: Settings,
-    /// Its frames are presented, with everything that may lie over them.
+    /// The path by which the frames are presented, with everything that may lie over them; `None` if they are not presented.
     pub presented: Option<PresentPath>,
 }
 
@@ -156,8 +157,8 @@ impl fmt::Display for PartName {
     }
 }
 
-/// Every row of every plan, and each bit of each different row, without which the proof finds a hazard. Of presented frames those rows alone that no others have: in them a render pass
-/// ends with a layout change and no reader, which the layer takes to be ordered with anything that follows.
+/// Every row of every plan, and each bit of each distinct row, without which the proof finds a hazard. Presented frames give only rows that no other
+/// frames have: in them a render pass ends with a layout change and no reader, which the layer takes to be ordered with anything that follows.
 ///
 /// # Panics
 /// Never: the rows that cannot be dropped are left out.
@@ -168,7 +169,7 @@ pub fn mutants<'a>(cases: &'a [MutantCase], plans: &'a [FramePlan]) -> Vec<Mutan
         let table = rows::table(plan);
         // Frames that overwrite more than one buffer of the last frame give their new rows alone, too: the layer takes the barrier of one buffer to order the others.
         let is_of_buffer = |row: &&Row| matches!(row.carrier, SyncKind::BufferBarrier | SyncKind::MemoryBarrier);
-        let overwrites_buffers = table.iter().filter(|row| row.from == PassName::OUTSIDE).filter(is_of_buffer).count();
+        let overwrites_buffers = table.iter().filter(|row| row.from == Endpoint::OUTSIDE).filter(is_of_buffer).count();
         for row in table.iter().filter(|row| row.carrier.stays().is_none()) {
             let masks = row.masks();
             let is_new = !tried.contains(&masks);

@@ -1,11 +1,11 @@
-//! Mutants that layers after [`LAYER`](afterlight::frame::rows::unreported_mutants::LAYER) no longer notice. They were found with 1.4.363; layers between the two
+//! Mutants that layers after [`LAYER`](super::unreported::LAYER) no longer notice. They were found with 1.4.363; layers between the two
 //! may notice them. What newer layers notice and it misses stands beside the reason why it does ([`UnreportedMutants::seen_from`]).
 //!
-//! [`UnreportedMutants::seen_from`]: afterlight::frame::rows::unreported_mutants::UnreportedMutants::seen_from
+//! [`UnreportedMutants::seen_from`]: super::unreported::UnreportedMutants::seen_from
 
 use super::Mutant;
-use afterlight::frame::rows::Side;
-use afterlight::frame::rows::unreported_mutants::{NEWEST, RowPart};
+use super::unreported::NEWEST;
+use afterlight::frame::rows::{RowPart, Side};
 use afterlight::gpu::vk::{AccessFlags2, PipelineStageFlags2};
 use afterlight::scene::View;
 

@@ -1,9 +1,10 @@
-//! Blind spots of layers before [`LAYER`], beside those of [`LAYER`] itself. They were found with 1.3.239; layers between the two may have fewer.
+//! Blind spots that layers before [`LAYER`] have in addition to the blind spots of [`LAYER`] itself. They were found with 1.3.239; layers between the
+//! two may have fewer.
 
 use super::Mutant;
+use super::unreported::LAYER;
 use afterlight::frame::list::RenderPassName;
-use afterlight::frame::rows::unreported_mutants::{LAYER, RowPart};
-use afterlight::frame::rows::{PassName, Row, Side, SyncKind};
+use afterlight::frame::rows::{Endpoint, Row, RowPart, Side, SyncKind};
 use afterlight::gpu::vk::{AccessFlags2, PipelineStageFlags2};
 
 /// Mutants that an older layer does not notice, for one reason.
@@ -68,7 +69,7 @@ fn is_of_buffer(row: &Row) -> bool {
 
 /// Returns true if a render pass waits by this row for an earlier pass of the same frame.
 fn enters(row: &Row) -> bool {
-    row.carrier.is_render_pass() && row.from != PassName::OUTSIDE && !row.is_between_subpasses()
+    row.carrier.is_render_pass() && row.from != Endpoint::OUTSIDE && !row.is_between_subpasses()
 }
 
 fn follows_dispatch(row: &Row) -> bool {
@@ -77,15 +78,15 @@ fn follows_dispatch(row: &Row) -> bool {
 
 /// Returns true if fragment shaders wait, in a subpass with which a render pass begins. These are the draws whose look-ups the layer follows.
 fn is_sampled_first(mutant: &Mutant, row: &Row) -> bool {
-    let begins = |place: &PassName| mutant.rows.of(SyncKind::Subpass(RenderPassName::of(*place))).next().is_some();
+    let begins = |place: &Endpoint| mutant.rows.of(SyncKind::Subpass(RenderPassName::of(*place))).next().is_some();
     row.after.stage == PipelineStageFlags2::FRAGMENT_SHADER && row.waiting.iter().any(begins)
 }
 
-/// Returns true if the part orders work of another submission, before or after those that the layer looks at.
+/// Returns true if the part orders work of another submission, before or after the submissions that the layer looks at.
 fn is_in_another_submission(mutant: &Mutant) -> bool {
     let row = &mutant.row;
-    let (begins_outside, ends_outside) = (row.from == PassName::OUTSIDE, row.to == PassName::OUTSIDE);
-    let is_prepared = !row.from.is_pass() && !begins_outside && row.to != PassName::UPLOAD;
+    let (begins_outside, ends_outside) = (row.from == Endpoint::OUTSIDE, row.to == Endpoint::OUTSIDE);
+    let is_prepared = !row.from.is_pass() && !begins_outside && row.to != Endpoint::UPLOAD;
     match mutant.part {
         RowPart::Row => {
             row.carrier.is_render_pass() && (begins_outside || ends_outside) && !changes_after_dispatch(mutant)
@@ -104,7 +105,7 @@ fn changes_after_dispatch(mutant: &Mutant) -> bool {
     let is_of_frames_alone = [colours, PipelineStageFlags2::COMPUTE_SHADER].contains(&row.before.stage);
     let entering = || mutant.rows.of(row.carrier).filter(|row| enters(row));
     let waits_for_colours = |other: &Row| other.waiting.contains(&row.to) && other.after.stage.contains(colours);
-    row.from == PassName::OUTSIDE
+    row.from == Endpoint::OUTSIDE
         && is_of_frames_alone
         && entering().any(follows_dispatch)
         && !entering().any(waits_for_colours)

@@ -1,4 +1,4 @@
-//! Scenes of a few triangles. Each kind of scene makes a frame need something of its own.
+//! Scenes of a few triangles. Each kind of scene makes a frame need a particular feature.
 
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 
@@ -17,7 +17,7 @@ fn square(half: f64) -> MeshBuilder {
     mesh
 }
 
-/// Adds a mesh with a material of its own.
+/// Adds an object with its own mesh and material.
 fn add(scene: &mut Scene, mesh: MeshBuilder, material: Material, transform: DAffine3) {
     let name = format!("object {}", scene.objects.len());
     scene.materials.push(material);
@@ -100,7 +100,7 @@ pub(super) fn textured(edge: u32) -> Scene {
     scene
 }
 
-/// With a texture in every slot, which differ from texel to texel.
+/// A material with a texture in every slot; the textures differ from texel to texel.
 fn covered() -> Material {
     let mut material = Material { specular: Vec3::splat(0.5), ..Material::default() };
     TextureSlot::ALL.into_iter().for_each(|slot| *material.texture_mut(slot) = Some(slot as usize));

@@ -1,7 +1,7 @@
 //! Verdicts on a layer: a mutant is noticed, or missed for a known reason, or not.
 
+use super::unreported::{self, UnreportedMutants};
 use super::{BrokenRules, CarriedFrames, Hidden, Mutant, OlderLayers, carried, newer, older};
-use afterlight::frame::rows::unreported_mutants::{self, UnreportedMutants};
 
 /// Why a layer's silence is expected.
 #[derive(Debug, Clone, Copy)]
@@ -12,12 +12,12 @@ pub enum Miss {
     Older(&'static OlderLayers),
     /// Older layers notice it.
     Newer(&'static Hidden),
-    /// Its frames are carried in another way.
+    /// The frames are carried in another way.
     Carried(&'static CarriedFrames),
 }
 
 impl Miss {
-    /// In a sentence.
+    /// Returns the reason, in a sentence.
     pub fn why(self) -> &'static str {
         match self {
             Self::Argued(entry) => entry.why,
@@ -46,7 +46,7 @@ pub fn verdict(layer: u32, mutant: &Mutant, broken: &BrokenRules) -> MutantVerdi
     if carried::is_carried(mutant) {
         return of_carried(layer, mutant, broken);
     }
-    let argued = unreported_mutants::reason(mutant.plan, &mutant.row, mutant.part)
+    let argued = unreported::reason(mutant.plan, &mutant.row, mutant.part)
         .filter(|entry| entry.seen_from.is_none_or(|first| layer < first));
     let older = || older::reason(layer, mutant).map(Miss::Older);
     let newer = || newer::reason(layer, mutant).map(Miss::Newer);
@@ -58,7 +58,7 @@ pub fn verdict(layer: u32, mutant: &Mutant, broken: &BrokenRules) -> MutantVerdi
     }
 }
 
-/// The same of frames in another carrier than those with which the other reasons were found.
+/// The verdict on frames in another carrier than the frames with which the other reasons were found.
 fn of_carried(layer: u32, mutant: &Mutant, broken: &BrokenRules) -> MutantVerdict {
     if broken.anything() {
         return MutantVerdict::Noticed;
@@ -66,7 +66,7 @@ fn of_carried(layer: u32, mutant: &Mutant, broken: &BrokenRules) -> MutantVerdic
     let own = carried::reason(layer, mutant).map(Miss::Carried);
     let coarse = mutant.coarse();
     let argued = || {
-        unreported_mutants::reason(coarse.plan, &coarse.row, coarse.part)
+        unreported::reason(coarse.plan, &coarse.row, coarse.part)
             .filter(|entry| entry.seen_from.is_none_or(|first| layer < first))
             .map(Miss::Argued)
     };

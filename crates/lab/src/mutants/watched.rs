@@ -3,7 +3,7 @@
 use std::ffi::CStr;
 use std::sync::Arc;
 
-use afterlight::frame::experiment::{self, PresentPath};
+use super::experiment::{self, PresentPath};
 use afterlight::frame::rows::Rows;
 use afterlight::frame::{self, Picture};
 use afterlight::gpu::{self, Device, DeviceChoice, Instance, InstanceOptions, Message, Validation};

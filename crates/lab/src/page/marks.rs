@@ -43,12 +43,12 @@ pub struct Glyph {
 }
 
 impl Glyph {
-    /// Of the default settings.
+    /// The glyph of the default settings.
     pub const DEFAULT: Self = Self { shape: Shape::Circle, color: None };
-    /// Of points that no family of a single setting has.
+    /// The glyph of points that belong to no family of a single setting.
     pub const JOINT: Self = Self { shape: Shape::Circle, color: Some(COLORS) };
 
-    /// Of the family with this index. Beyond eight the colours come again with other shapes.
+    /// The glyph of the family with this index. Beyond eight, the colours come again with other shapes.
     pub const fn family(index: usize) -> Self {
         let round = index / COLORS;
         Self { shape: SHAPES[(index + round * 3) % SHAPES.len()], color: Some(index % COLORS) }
@@ -64,7 +64,7 @@ impl Glyph {
         }
     }
 
-    /// Its outline as the data of an SVG path, around this point.
+    /// The outline around this point, as the data of an SVG path.
     pub fn path(self, x: f64, y: f64) -> String {
         let corners = |count: usize, turn: f64, radius: &dyn Fn(usize) -> f64| {
             let mut path = String::new();

@@ -31,12 +31,12 @@ const WORST: RGBColor = RGBColor(0xb3, 0x47, 0x00);
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plot {
-    /// In pixels.
+    /// The size in pixels.
     pub size: (f64, f64),
     pub x: Axis,
     /// Errors.
     pub y: Axis,
-    /// A description of the plot, for those who do not see it.
+    /// A description of the plot, for readers who do not see it.
     pub label: String,
     pub lines: Vec<Line>,
     pub marks: Vec<Mark>,
@@ -73,7 +73,7 @@ pub enum Stroke {
     /// A front: steps, on to the plot's edges.
     Front,
     Curve,
-    /// Of the lesser of two truths.
+    /// A curve against the lesser of two truths.
     Faint,
     /// A mark of the largest error, where a curve shows the mean of errors.
     Worst,
@@ -133,7 +133,7 @@ struct PlacedMark<'a> {
 }
 
 impl Plot {
-    /// The picture, or a sentence where there is nothing to draw.
+    /// Draws the plot, or a sentence if there is nothing to draw.
     pub fn draw(&self) -> Markup {
         let times = self.marks.iter().flat_map(|mark| [mark.x, mark.whisker.start, mark.whisker.end]);
         let level = self.area.as_ref().map(|area| area.level).filter(|level| *level > 0.0);

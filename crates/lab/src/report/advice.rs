@@ -1,7 +1,7 @@
-//! Advice on settings, in words: of the points of a front those that are worth taking in place of the settings as given, and the gain of each.
+//! Advice on settings, in words: the points of a front that are worth taking in place of the settings as given, and the gain of each.
 //!
-//! An advice counts only significant differences: a time whose 95% interval lies below that of the settings as given, an error that differs by more
-//! than 1% and by more than the truth's own noise.
+//! Advice counts only significant differences: a time whose 95% interval lies below the interval of the settings as given, an error that differs by
+//! more than 1% and by more than the truth's own noise.
 
 use super::sweep::model::{Against, Front, Interval, Metric, SceneReport};
 
@@ -109,11 +109,11 @@ pub fn gain(scene: &SceneReport, metric: Metric, truth: Against, point: usize) -
 
 /// A point beside the settings as given.
 struct Tradeoff {
-    /// Over that of the settings as given.
+    /// The time over the time of the settings as given.
     time: Interval,
     error: f64,
     default_error: f64,
-    /// The truth's own noise, where it is known in this metric.
+    /// The truth's own noise in this metric; 0 if it is not known.
     noise: f64,
 }
 

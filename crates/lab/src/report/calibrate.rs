@@ -20,7 +20,7 @@ const ROUNDS: [usize; 2] = [25, 11];
 /// Lights of the scenes for light paths: a few and many that reach everywhere, a few and many of limited reach.
 const UNLIMITED: [u32; 2] = [1, 33];
 const LIMITED: [u32; 2] = [4, 68];
-/// The scenes that all light paths draw, and the first of those with lights of limited reach.
+/// The number of scenes that all light paths draw, and the index of the first with lights of limited reach.
 const SCENES: usize = 5;
 const FIRST_LIMITED: usize = 3;
 /// Objects of the scenes for culling, half of which lie behind two walls.
@@ -47,7 +47,7 @@ impl CalibrationRun {
         Distribution::of(self.times.iter().map(of)).map_or(f64::NAN, |times| times.median)
     }
 
-    /// Its time over that of another in the same rounds.
+    /// The run's time over another run's in the same rounds.
     fn ratio(&self, other: &Self) -> f64 {
         let ratios = self.times.iter().zip(&other.times).map(|(own, other)| whole(own) / whole(other));
         Distribution::of(ratios).map_or(f64::NAN, |ratios| ratios.median)
@@ -73,13 +73,13 @@ pub fn measure(
     let mut anchor = CalibrationRun::new(device, &first, &settings(size, LightPath::Loop, Culling::Cpu))?;
     let mut anchored = Vec::new();
     let mut triangles = [0.0; SCENES];
-    // By scene and path, over the anchor's in the same rounds.
+    // Times over the anchor's in the same rounds, by scene and path.
     let mut ratios = [[f64::NAN; COMPARED.len()]; SCENES];
     for (index, spec) in scenes().iter().enumerate() {
         let scene = open(spec, &OpenOptions::default())?;
         triangles[index] = scene.triangle_count() as f64;
         let contender = |light_path| {
-            // Without lights of limited reach it is the loop, command by command.
+            // Without lights of limited reach, the clustered path is the loop, command by command.
             match light_path == LightPath::Clustered && index < FIRST_LIMITED {
                 true => Ok(None),
                 false => of_device(CalibrationRun::new(device, &scene, &settings(size, light_path, Culling::Cpu))),
@@ -173,7 +173,7 @@ impl FrameLoad {
     }
 }
 
-/// A frame's time in milliseconds, by the device's clock where it has one.
+/// A frame's time in milliseconds, by the device's clock if it has one.
 fn whole(times: &FrameTimes) -> f64 {
     times.gpu_ms.unwrap_or(times.wall_ms)
 }
@@ -183,8 +183,8 @@ fn culling_cost(contenders: &[Option<CalibrationRun>]) -> Option<CullingCost> {
     let [Some(few_cpu), Some(few_device), Some(many_cpu), Some(many_device)] = contenders else { return None };
     // Wall clocks have the recording in them.
     few_cpu.times.first()?.gpu_ms?;
-    // In nanoseconds. The device's longer frame counts as its cost of culling; objects that only the device finds hidden shorten the frame, and so
-    // reduce that cost.
+    // The costs are in nanoseconds. The device's longer frame counts as its cost of culling; objects that only the device finds hidden shorten the
+    // frame, and so reduce that cost.
     let on_cpu = |contender: &CalibrationRun| 1e6 * contender.median(|times| times.record_ms);
     let on_device = |cpu: &CalibrationRun, device: &CalibrationRun| {
         let more = device.median(whole) - cpu.median(whole);
@@ -240,7 +240,7 @@ mod tests {
     #[test]
     fn figures_come_back_from_the_times_that_they_make() {
         let frames = FrameLoad { pixels: 1000.0, triangles: [500.0, 4500.0] };
-        // The scenes of limited lights take so much longer by themselves.
+        // The scenes of limited lights take longer by `scene`, whatever their light path.
         let times = |known: PathCost, scene: f64| {
             let time = |triangles: f64, unlimited: u32, limited: u32| {
                 let lists = if limited > 0 { f64::from(known.lists) + scene } else { 0.0 };

@@ -128,7 +128,7 @@ impl<'a> CommandReader<'a> {
             return row.map_or_else(String::new, |row| row.why.clone());
         }
         let label = arguments.objects.first().filter(|_| command.name == "vkCmdBeginDebugUtilsLabelEXT");
-        let pass = label.and_then(|label| list::passes().into_iter().find(|pass| pass.place.name() == label));
+        let pass = label.and_then(|label| list::passes().into_iter().find(|pass| pass.name.name() == label));
         pass.map_or_else(String::new, |pass| pass.what.to_owned())
     }
 

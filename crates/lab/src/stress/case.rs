@@ -12,7 +12,7 @@ pub struct Case {
     pub name: &'static str,
     /// The extreme of the case, in words.
     pub extreme: &'static str,
-    /// Of the values; empty for a plain number.
+    /// The unit of the values; empty for a plain number.
     pub unit: &'static str,
     pub values: SweepValues,
     /// The first and the last value for which the bound is to hold.
@@ -35,9 +35,9 @@ pub enum SweepValues {
 /// The most that pictures and formulas may err by, relative to the light of the pixel or the value of the formula ([`super::Errors`]).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bound {
-    /// Of any pixel or input.
+    /// The error of any pixel or input.
     pub worst: f64,
-    /// Of all in the mean.
+    /// The mean error of all of them.
     pub mean: f64,
 }
 
@@ -49,14 +49,13 @@ pub const MOST_ELSEWHERE: f64 = 0.1;
 pub enum Check {
     /// A scene is drawn, and held against the reference.
     Picture(fn(f64) -> Subject),
-    /// The same, with a share of the pixels of its own that at most shows another triangle than the truth.
+    /// A scene is held against the reference, with its own limit for the share of pixels that show another triangle than the truth.
     Placed(fn(f64) -> Subject, f64),
     /// Places of surfaces, as the G-buffer has them, against the truth: errors are distances over the distance from the camera.
     Position(fn(f64) -> Subject),
-    /// The mean light of the whole picture, against that of a truth of many samples: single samples may err, but not all in the same
-    /// direction.
+    /// The mean light of the whole picture, against a truth of many samples: single samples may err, but not all in the same direction.
     Whole(fn(f64) -> Subject),
-    /// So many frames of one renderer while its exposure changes, against the first.
+    /// This many frames of one renderer while its exposure changes, against the first.
     Exposures(fn(f64) -> Subject),
     /// A scene is drawn that need only be sane. The error is the share of pixels that are black though the truth is bright: a shader's last
     /// `max` makes black of a NaN.
@@ -114,7 +113,7 @@ impl Untried {
         Self(Case { values, unit, ..self.0 })
     }
 
-    /// From the first of these values to the second the bound is to hold.
+    /// Sets the bound, and the first and the last value for which it is to hold.
     pub const fn claim(self, claim: [f64; 2], bound: Bound) -> Self {
         Self(Case { claim, bound, ..self.0 })
     }
@@ -125,7 +124,7 @@ impl Untried {
 }
 
 impl Case {
-    /// The values that are tried: all, or with `quick` the ends, those of the claim, and every third.
+    /// The values to try: all of them, or with `quick` the ends, the ends of the claim, and every third.
     pub fn tried(&self, quick: bool) -> Vec<f64> {
         let all = self.values.all();
         let last = all.len().saturating_sub(1);
@@ -140,7 +139,7 @@ impl Case {
         (self.claim[0]..=self.claim[1]).contains(&value)
     }
 
-    /// The same over other seeds, where it has seeds.
+    /// Takes other seeds, if the case has seeds.
     pub fn with_seeds(self, first: u32, end: u32) -> Self {
         match self.values {
             SweepValues::Seeds { .. } => {

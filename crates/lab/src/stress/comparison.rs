@@ -10,18 +10,18 @@ use afterlight::scene::{Scene, View, ev100_of, exposure_scale};
 use afterlight_truth::reference::{CameraView, Reference};
 
 pub(super) struct ReferenceComparison<'a> {
-    /// For more views of the subject.
+    /// Draws more views of the subject.
     pub pictures: PictureRenderer<'a>,
     /// RGBA of the view that is compared.
     pub drawn: Vec<f32>,
     pub reference: Reference<'a>,
     pub eye: CameraView,
-    /// From the truth's nits to the picture's light.
+    /// Factor from the truth's nits to the picture's light.
     pub exposure: f64,
 }
 
 impl<'a> ReferenceComparison<'a> {
-    /// Draws the subject, or a view of it in place of its own, and gets the truth of a scene ready.
+    /// Draws the subject, in `view` if one is given, and prepares the reference of the scene `truth`.
     ///
     /// # Errors
     /// A lost device, a truth in which [`Scene::check`] finds a fault, and a subject that a plan refuses.

@@ -8,15 +8,17 @@ use afterlight::frame::{Pixels, Renderer};
 use afterlight::gpu::Device;
 use afterlight::scene::ev100_of;
 
-/// Stops over the first exposure, in turn: light from 1e-6 to 1e6 times as bright. Whole ones, so that each picture is the first one
-/// times a power of two, to the last bit.
+/// Stops over the first exposure, in turn: light from 1e-6 to 1e6 times as bright. They are whole, so that each picture is the first one times a
+/// power of two, to the last bit.
 const STOPS: [i32; 7] = [20, -20, 1, -7, 13, -1, -13];
 
-/// Every so many frames one is looked at; the others follow each other without a wait. Shares no factor with the number of [`STOPS`].
+/// Frames from one read-back to the next; the frames between follow each other without a wait. Shares no factor with the number of [`STOPS`].
 const LOOKED_AT: usize = 16;
 
-/// Draws a picture, so many frames of other exposures, and the picture again. Errors are the differences of those that are looked at and of the
-/// last from the first, scaled and cut off where the target ends; their evidence is the last and the first.
+/// Draws a picture, then `frames` frames of other exposures, and the picture again.
+///
+/// Errors are the differences of the frames that are read back, and of the last picture, from the first picture, which is scaled to their exposure
+/// and cut off where the target ends. The evidence is the last picture and the first.
 ///
 /// # Errors
 /// A lost device, and a subject that a plan refuses.
@@ -24,7 +26,7 @@ pub fn compare(device: &Arc<Device>, subject: &Subject, frames: usize) -> Result
     let settings = subject.decided();
     let (scene, camera) = (&subject.scene, &subject.scene.camera);
     let mut renderer = Renderer::new(device, scene, &settings)?;
-    // To whole stops from it no digit is lost.
+    // Whole stops from a whole EV100 lose no digit.
     let ev100 = ev100_of(scene, &settings).round();
     let largest = saturation(renderer.plan());
     let mut errors = Errors::default();

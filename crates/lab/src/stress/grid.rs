@@ -42,7 +42,7 @@ impl ChannelRange {
         Self { least: each(f64::min, self.least), most: each(f64::max, self.most) }
     }
 
-    /// After `change`, which grows with its argument.
+    /// Maps both bounds by `change`, which grows with its argument.
     pub fn map(self, change: impl Fn(f64) -> f64) -> Self {
         Self { least: self.least.map(&change), most: self.most.map(&change) }
     }

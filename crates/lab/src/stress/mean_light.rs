@@ -1,4 +1,4 @@
-//! Holds the light of a whole picture against that of a truth of many samples: for detail that a single sample a pixel cannot resolve.
+//! Compares the mean light of a whole picture with a truth of many samples: for detail that a single sample a pixel cannot resolve.
 
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ use afterlight_truth::reference::{Mode, TruthOptions};
 /// Samples of the truth, in each pixel.
 const SAMPLES: u32 = 64;
 
-/// Draws the subject. Both errors are that of the mean light, relative to the brightest channel of the true one.
+/// Draws the subject. Both errors are the error of the mean light, relative to the brightest channel of the true mean.
 ///
 /// # Errors
 /// A lost device, and a subject that a plan refuses.

@@ -1,8 +1,8 @@
-//! The catalogue of stiff and extreme cases. Each case sweeps one quantity over decades and holds every value against the truth in 64
-//! bits, which shows not only that it works somewhere, but also its limits.
+//! The catalogue of stiff and extreme cases. Each case sweeps one quantity over decades and compares every value with the truth in 64 bits, which
+//! shows not only that the renderer works somewhere, but also its limits.
 //!
-//! At any value, every pixel must stay finite and not negative. Within the range that a case claims, its error stays within its
-//! bound; outside, the error is only reported.
+//! Every pixel must stay finite and not negative at any value. Within the range that a case claims, its error stays within its bound; outside, the
+//! error is only reported.
 
 pub mod case;
 pub mod catalogue;

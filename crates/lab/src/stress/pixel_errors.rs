@@ -28,7 +28,7 @@ const WHITE: f32 = 65000.0;
 #[derive(Debug, Clone)]
 pub struct Subject {
     pub scene: Scene,
-    /// Over those of the scene. The size is that of [`Subject::SIZE`] unless it says another.
+    /// Settings that win over the scene's. The size is [`Subject::SIZE`] unless they set another.
     pub settings: SettingsPatch,
     /// The least light that a pixel's error is relative to, as a share of the picture's peak: [`FLOOR`], 1 for errors relative to the peak, or 0
     /// where each decade of one picture counts.
@@ -81,7 +81,7 @@ impl fmt::Display for WorstPixel {
 }
 
 impl Errors {
-    /// Of all pixels, those on which raster and truth see different triangles; 1 for no pixels.
+    /// Share of the pixels on which raster and truth see different triangles; 1 for no pixels.
     pub fn elsewhere_share(&self) -> f64 {
         let all = self.compared + self.elsewhere;
         if all == 0 { 1.0 } else { self.elsewhere as f64 / all as f64 }
@@ -116,7 +116,7 @@ impl Subject {
         Self { scene, settings: SettingsPatch::default(), floor: FLOOR, truth: None, playing: None, open_sky: false }
     }
 
-    /// With settings of its own.
+    /// A subject with these settings.
     pub fn with(scene: Scene, settings: SettingsPatch) -> Self {
         Self { settings, ..Self::new(scene) }
     }
@@ -244,7 +244,8 @@ impl<'a> PictureRenderer<'a> {
         }
     }
 
-    /// Returns the pixels that show another triangle than the truth. Without numbers from the device, those next to where the truth changes.
+    /// Returns the pixels that show another triangle than the truth. If the device gives no triangle numbers, returns the pixels next to which the
+    /// truth changes.
     pub fn elsewhere(&self, truth: &[Option<TriangleId>]) -> Result<Vec<bool>, StressError> {
         let (scene, camera) = (&self.subject.scene, &self.subject.scene.camera);
         let pose = self.subject.pose();

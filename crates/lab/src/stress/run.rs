@@ -12,7 +12,7 @@ use afterlight::scene::Scene;
 /// The program, the device and the options of a run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RunInfo {
-    /// Of the program.
+    /// The program's version.
     pub version: String,
     pub device: String,
     pub driver: String,
@@ -43,7 +43,7 @@ pub struct ValueFinding {
 #[derive(Debug, Clone)]
 pub struct StressResult {
     pub case: Case,
-    /// From the least value to the greatest.
+    /// Findings from the least value to the greatest.
     pub findings: Vec<ValueFinding>,
 }
 
@@ -160,11 +160,11 @@ impl ValueFinding {
         }
     }
 
-    /// Sane, and within the bound.
+    /// Returns true if the finding is sane and within the bound.
     pub fn holds(&self, case: &Case) -> bool {
         let within = match &self.outcome {
             StressOutcome::Measured(errors) => {
-                // Pixels that show another triangle were not compared: their share has a bound of its own.
+                // Pixels that show another triangle were not compared: their share has a separate bound.
                 errors.elsewhere_share() <= case.check.elsewhere()
                     && errors.worst <= case.bound.worst
                     && errors.mean <= case.bound.mean
@@ -174,20 +174,20 @@ impl ValueFinding {
         within && self.is_sane()
     }
 
-    /// Sane, and within the bound where that is claimed.
+    /// Returns true if the finding is sane and, if the case claims its value, within the bound.
     pub fn is_as_claimed(&self, case: &Case) -> bool {
         self.is_sane() && (!case.claims(self.value) || self.holds(case))
     }
 }
 
 impl StressResult {
-    /// Returns true if all that is claimed is so.
+    /// Returns true if the case claims any of its values, and all findings are as claimed.
     pub fn passes(&self) -> bool {
         let is_claimed = self.findings.iter().any(|finding| self.case.claims(finding.value));
         is_claimed && self.findings.iter().all(|finding| finding.is_as_claimed(&self.case))
     }
 
-    /// The first and the last value, of those around the claim without a gap, for which the bound holds; `None` where it fails inside of it.
+    /// Returns the first and the last value of the gapless range around the claim in which the bound holds; `None` if it fails inside the claim.
     pub fn holds(&self) -> Option<[f64; 2]> {
         let holds: Vec<bool> = self.findings.iter().map(|finding| finding.holds(&self.case)).collect();
         let inside: Vec<usize> =

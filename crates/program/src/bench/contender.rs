@@ -17,12 +17,12 @@ use crate::workload::{Workload, milliseconds_since};
 pub struct Contender {
     pub name: String,
     pub settings: Settings,
-    /// From a scene in memory to its first picture: uploads, pipelines and the frame.
+    /// Time from a scene in memory to its first picture: uploads, pipelines and the frame.
     pub first_frame_ms: f64,
     /// Memory that this renderer allocated on the device, by kind, in bytes.
     pub memory: BTreeMap<MemoryKind, u64>,
     pub renderer: Renderer,
-    /// Of each measured frame.
+    /// Times of each measured frame.
     pub times: Vec<FrameTimes>,
 }
 
@@ -32,7 +32,7 @@ impl Contender {
         Self::of(name, device, workload, settings, |settings| Renderer::new(device, &workload.scene, settings))
     }
 
-    /// The same with other dependencies than the plan's.
+    /// As [`Contender::new`], with other dependencies than the plan's.
     ///
     /// # Safety
     /// As of [`Renderer::with_rows`].

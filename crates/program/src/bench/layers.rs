@@ -17,7 +17,7 @@ use crate::progress;
 use crate::table::{TextTable, milliseconds, version};
 use crate::workload::Workload;
 
-/// The kinds of checks, with their names in the table. Those of synchronization have two modes.
+/// The kinds of checks, with their names in the table. Synchronization checks have two modes.
 const CHECKS: &[(&str, Validation, bool)] = &[
     ("no layer", Validation::Off, false),
     ("core", Validation::Core, false),
@@ -32,7 +32,7 @@ const CHECKS: &[(&str, Validation, bool)] = &[
 pub struct LayerCosts {
     /// The version of the validation layer.
     layer: String,
-    /// Without the layer first.
+    /// Costs of each kind, no layer first.
     checks: Vec<CheckCost>,
     /// Checks that this layer has not, and why.
     refused: Vec<(&'static str, String)>,

@@ -26,7 +26,7 @@ use walk::Walk;
 
 /// Frames that a clip plays between the settled clocks and the measured frames, without `--warmup`.
 const WARM_UP_FRAMES: u32 = 3;
-/// Clips go on by so much from frame to frame, in seconds.
+/// Seconds by which clips advance from frame to frame.
 const FRAME_SECONDS: f64 = 1.0 / 60.0;
 
 /// Measure how long frames take, for one or several scenes and variants of the settings
@@ -107,7 +107,7 @@ fn varied() -> Vec<&'static str> {
 
 const SAMPLES: &str = "samples";
 
-/// Settings that differ from those given, and how they were written.
+/// A change of the given settings, and how it was written.
 #[derive(Debug, Clone, Default)]
 struct BenchVariant {
     name: String,

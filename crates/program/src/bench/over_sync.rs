@@ -4,7 +4,7 @@
 use std::fmt::Write as _;
 use std::sync::Arc;
 
-use afterlight::frame::rows::{self, PassName, Row, Rows, SyncKind};
+use afterlight::frame::rows::{self, Endpoint, Row, Rows, SyncKind};
 use afterlight::gpu::Device;
 use afterlight::scene::Settings;
 use afterlight_truth::measure::Distribution;
@@ -22,7 +22,7 @@ use crate::workload::Workload;
 #[derive(Serialize)]
 pub struct OverSyncCosts {
     rows: Vec<WideCost>,
-    /// Dependencies that measured frames do not record: those of uploads and copies, fences, and the semaphores of a window.
+    /// Dependencies that measured frames do not record: uploads, copies, fences, and the semaphores of a window.
     not_recorded: Vec<&'static str>,
 }
 
@@ -105,11 +105,11 @@ pub fn measure(args: &Args, workload: &Workload, device: &Arc<Device>) -> Result
 fn is_of_frames(row: &Row) -> bool {
     let is_between_queues = matches!(row.carrier, SyncKind::QueueSemaphore | SyncKind::Ownership(_));
     let is_recorded = row.carrier.is_render_pass() || !row.waiting.is_empty();
-    row.carrier.stays().is_none() && (is_recorded || is_between_queues && row.from != PassName::UPLOAD)
+    row.carrier.stays().is_none() && (is_recorded || is_between_queues && row.from != Endpoint::UPLOAD)
 }
 
 impl FramesInTurn {
-    /// Of frames as given, and wider ones.
+    /// Compares frames as given with wider ones.
     fn of([given, wide]: [Vec<f64>; 2]) -> Self {
         Self {
             ratio: Distribution::of(wide.iter().zip(&given).map(|(wide, given)| wide / given)),

@@ -33,14 +33,14 @@ pub struct PlanCost {
 #[derive(Serialize)]
 struct PartCost {
     part: &'static str,
-    /// Of the frames with it, and of the lean ones between them.
+    /// Wall times of the frames with it, and of the lean frames between them.
     wall_ms: Option<Distribution>,
     lean_wall_ms: Option<Distribution>,
-    /// Wall time with it over that without, frame by frame.
+    /// Ratio of the wall times with it and without it, frame by frame.
     ratio: Option<Distribution>,
-    /// The same by the device's own clock; `null` where it has none.
+    /// Ratio of the times by the device's own clock; `null` if it has none.
     gpu_ratio: Option<Distribution>,
-    /// Device memory with it, less that without; and of vertices and indices alone.
+    /// Device memory with it minus device memory without it; and of vertices and indices alone.
     memory_bytes: i64,
     geometry_bytes: i64,
     /// Pipelines of the passes that draw surfaces.

@@ -52,17 +52,17 @@ pub struct BenchScene {
     moving: bool,
     /// Without `--warmup`: how long it took until times had settled; of several batches the last, or one in which they never did.
     warm_up: Option<WarmUp>,
-    /// With `--path`.
+    /// The camera path of `--path`.
     path: Option<CameraPathReport>,
     /// The settings as given first, then the variants in their order; with `--plan-cost` the lean plan and the full one.
     runs: Vec<RunReport>,
-    /// With `--plan-cost`.
+    /// Results of `--plan-cost`.
     pub plan_cost: Option<PlanCost>,
-    /// With `--why`.
+    /// Results of `--why`.
     pub why: Option<CostBreakdown>,
-    /// With `--layers`.
+    /// Results of `--layers`.
     pub layers: Option<LayerCosts>,
-    /// With `--over-sync`.
+    /// Results of `--over-sync`.
     pub over_sync: Option<OverSyncCosts>,
 }
 
@@ -77,22 +77,22 @@ struct RunReport {
     variant: String,
     size: [u32; 2],
     first_frame_ms: f64,
-    /// From the start of recording to the frame's end on the device.
+    /// Time from the start of recording to the frame's end on the device.
     wall_ms: Option<Distribution>,
     /// Recording on the CPU.
     record_ms: Option<Distribution>,
     /// The call that submits it.
     submit_ms: Option<Distribution>,
-    /// The whole frame by the device's own clock; `null` where it has none.
+    /// Time of the whole frame by the device's own clock; `null` if it has none.
     gpu_ms: Option<Distribution>,
-    /// By pass, in the order of the frame; empty where the driver's timestamps between passes mean nothing.
+    /// Passes in the order of the frame; empty where the driver's timestamps between passes mean nothing.
     passes: Vec<PassReport>,
     /// This run's wall time over the first run's, frame by frame; `null` for the first run.
     ratio: Option<Distribution>,
     gbuffer_bytes_per_pixel: u32,
     memory_bytes: BTreeMap<&'static str, u64>,
     drawn: DrawnReport,
-    /// With `--path`: each measured frame.
+    /// Each measured frame of `--path`.
     moments: Option<Vec<Moment>>,
 }
 
@@ -102,11 +102,11 @@ struct PassReport {
     gpu_ms: Option<Distribution>,
 }
 
-/// Of the last frame.
+/// Counts of the last frame.
 #[derive(Serialize, Default)]
 struct DrawnReport {
     objects: u64,
-    /// Objects that the device tests, and those of them that it found to be seen. Neither they nor their triangles are counted elsewhere.
+    /// Objects that the device tests, and how many of them it found visible. Neither they nor their triangles are counted elsewhere.
     objects_on_device: u64,
     found_on_device: u64,
     /// Commands that draw surfaces.
@@ -120,7 +120,7 @@ struct DrawnReport {
     /// Draws into these that were left out, as nothing is seen in their shadow.
     idle_casters: u64,
     triangles: u64,
-    /// Lights that reach visible surfaces, and those of the plan that do not.
+    /// Lights that reach visible surfaces, and lights of the plan that do not.
     lights: u64,
     idle_lights: u64,
 }

@@ -42,7 +42,7 @@ impl Switch {
         format!("--{} {}", self.setting, self.value)
     }
 
-    /// Returns all of them, also those of parts that a frame lacks: the cheaper values of the table's rows, the defaults of settings that differ from
+    /// Returns all switches, also for parts that a frame lacks: the cheaper values of the table's rows, the defaults of settings that differ from
     /// them, and half the size.
     fn all(given: &Settings) -> Vec<Self> {
         let rows = SETTINGS.iter().filter(|row| row.changes_plan && row.only.is_empty());
@@ -71,7 +71,7 @@ impl Switch {
     }
 }
 
-/// Switches that the frames of a scene feel, with their settings, and those that are refused.
+/// Switches that change the frames of a scene, with their settings, and switches that are refused.
 #[derive(Default)]
 struct SwitchSelection {
     felt: Vec<(Switch, Settings)>,
@@ -129,7 +129,7 @@ struct SettingCost {
     /// The median as given, times the ratio.
     ms: f64,
     saved_ms: f64,
-    /// Its time over that of the settings as given in the same rounds.
+    /// Ratio of its time to the time of the given settings in the same rounds.
     ratio: MedianInterval,
     picture: Compared,
 }
@@ -154,16 +154,16 @@ impl SpeedChange {
     }
 }
 
-/// A picture against that of the settings as given.
+/// The comparison of a picture with the given settings' picture.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 struct Compared {
-    /// Bit by bit.
+    /// True if the pictures are equal bit by bit.
     same: bool,
-    /// It has another size, and was scaled to that as given.
+    /// True if it has another size and was scaled to the given one.
     scaled: bool,
-    /// Mean FLIP; `null` where it is not built in.
+    /// Mean FLIP; `null` in builds without FLIP.
     flip: Option<f64>,
-    /// Of sRGB from 0 to 1.
+    /// Error of sRGB from 0 to 1.
     rmse: Option<f64>,
 }
 
@@ -292,13 +292,13 @@ impl CostBreakdown {
             }
         };
         let mut costs: Vec<SettingCost> = measured.into_iter().map(cost).collect();
-        // Those that tell nothing keep the order of the table.
+        // Switches that gain nothing keep the order of the table.
         let rank = |cost: &SettingCost| if cost.verdict == SpeedChange::Faster { cost.ratio.median } else { 1.0 };
         costs.sort_by(|a, b| a.verdict.cmp(&b.verdict).then(rank(a).total_cmp(&rank(b))));
         Self { given_ms, costs, refused }
     }
 
-    /// A table of the switches that save time, and a line each of those that do not, cost more, or are refused.
+    /// Returns a table of the switches that save time, and a line for each switch that does not, costs more, or is refused.
     pub fn text(&self) -> String {
         let given = self.given_ms.unwrap_or(f64::NAN);
         let mut text = format!(

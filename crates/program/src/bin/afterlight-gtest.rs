@@ -1,5 +1,5 @@
-//! `afterlight gtest` as a program of its own, as runners of googletest programs want it: they start it without arguments, or with those of the
-//! protocol alone. The program `afterlight` stands beside it.
+//! `afterlight gtest` as a separate program, as runners of googletest programs want it: they start it without arguments, or with the protocol's
+//! alone. The program `afterlight` stands beside it.
 
 #[path = "../own.rs"]
 mod own;

@@ -134,8 +134,8 @@ impl Baseline {
         self.times.get(case).copied()
     }
 
-    /// Takes over the results of a run without a baseline: the cases that fail, and of those that pass the pictures from their folders and, where no
-    /// other case used the device meanwhile, the times. Cases that did not run keep theirs.
+    /// Stores the results of a run that was not compared with a baseline: the failing cases; of passing cases the pictures from their folders and, if
+    /// no other case used the device meanwhile, the times. Cases that did not run keep their entries.
     ///
     /// # Errors
     /// When a file cannot be written.

@@ -18,10 +18,11 @@ use crate::typed::{Typed, quoted};
 /// The folder of a bundle that the scene's files are copied into.
 const SCENE: &str = "scene";
 
-/// Moves the files of bad cases into the folder of bundles, each with the files of its scene and the line that tries it again; removes those of others.
+/// Moves the files of bad cases into the folder of bundles, each with the files of its scene and the line that tries it again. Removes the files of
+/// other cases.
 ///
 /// # Errors
-/// When a bundle cannot be written. Files of a scene that cannot be copied are told of.
+/// When a bundle cannot be written. If files of a scene cannot be copied, a warning is logged.
 pub fn keep(
     reports: &[CaseReport],
     cases: &[&SuiteCase],
@@ -50,9 +51,9 @@ pub fn keep(
     Ok(kept)
 }
 
-/// Copies the files of the case's scene into its bundle, and lets the bundle's suite name them there. They keep their places below the deepest folder
-/// that has them all, so that they find each other by relative paths. `copies` are those of earlier bundles, by their origins: bundles share them
-/// where the file system can.
+/// Copies the files of the case's scene into its bundle, and points the bundle's suite at the copies. Files keep their places below their deepest
+/// common folder, so that relative paths between them still hold. `copies` maps files to their copies in earlier bundles, which bundles share where
+/// the file system can.
 fn keep_scene(case: &SuiteCase, bundle: &Path, copies: &mut BTreeMap<PathBuf, PathBuf>) -> io::Result<()> {
     let listed = match fs::read_to_string(bundle.join(SCENE_FILES)) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),

@@ -212,7 +212,7 @@ fn unobserved(
         }
         Ok(picture)
     })?;
-    // Without a layer nothing is skipped.
+    // A stage without the layer is never skipped.
     picture.ok_or_else(|| Abort::fail("there is no device"))
 }
 

@@ -1,4 +1,4 @@
-//! `afterlight ci`: a suite of cases, each in a process of its own, with a verdict that build servers and deqp-runner's users can read.
+//! `afterlight ci`: a suite of cases, each in a separate process, with a verdict that build servers and users of deqp-runner can read.
 
 mod baseline;
 mod bundle;
@@ -48,15 +48,15 @@ use runner::Runner;
 use suite::{Suite, SuiteCase};
 use verdict::{CaseReport, Status};
 
-/// The most processes at a time where nothing is said: each has a device, pictures and a reference renderer of its own.
+/// The most processes at a time by default: each has its own device, pictures and reference renderer.
 const MOST_JOBS: usize = 8;
-/// Folders inside of the output's: of cases while they run, and of those that ended badly.
+/// Folders inside the output's: running cases, and bundles of cases that ended badly.
 const CASES: &str = "cases";
 const BUNDLES: &str = "bundles";
 /// Files that are written once all cases are done.
 const RESULTS: [&str; 6] =
     ["results.csv", "failures.csv", "failures-all.csv", "results.jsonl", "junit.xml", "summary.md"];
-/// The folder of the curves of soaks, those that pass as well.
+/// The folder of the curves of all soaks, also of soaks that pass.
 const CURVES: &str = "curves";
 
 /// Run a suite of cases on a driver, each in a process of its own, and give each a verdict
@@ -256,7 +256,7 @@ fn key(choice: &DeviceChoice) -> Result<DeviceKey, Failure> {
     Ok(DeviceKey { driver: physical.driver_name, device: physical.name, cpu })
 }
 
-/// The same, found out in a process of its own: a driver that crashes does not end the run.
+/// As [`key`], found out in a separate process: a driver that crashes does not end the run.
 fn probe(command: &[OsString], choice: &DeviceChoice) -> Result<DeviceKey, Failure> {
     let mut words = command.iter();
     let mut probe = Command::new(words.next().map_or("".as_ref(), OsString::as_os_str));
@@ -405,7 +405,7 @@ fn all(args: &Args, suite: &Suite, cases: &[&SuiteCase], folder: &Path) -> Resul
     conclude(&judged)
 }
 
-/// After a blessing, every failure is expected.
+/// The status of a case of a blessed run: every failure is expected.
 fn blessed(report: &CaseReport) -> Status {
     let status = report.verdict.status();
     status.against(Some(status))
@@ -416,7 +416,7 @@ fn arguments(args: &Args, suite: &Suite, choice: &DeviceChoice, is_shared: bool)
     let mut arguments: Vec<OsString> =
         ["ci", &suite.name, "--quiet", "--device", &choice.to_string()].map(Into::into).into();
     arguments.push("--of-run".into());
-    // Blessed results are not compared with those that they replace.
+    // Blessed results are not compared with the results that they replace.
     if let Some(folder) = args.baseline.as_ref().filter(|path| path.is_dir() && !args.bless) {
         arguments.extend(["--baseline".into(), folder.into()]);
     }
@@ -462,7 +462,7 @@ fn remove_own(folder: &Path) -> Result<(), Failure> {
     remove_folder(folder).map_err(|error| failed(&error))
 }
 
-/// Removes the results of an earlier run, so that nobody takes them for those of a run that is stopped.
+/// Removes the results of an earlier run, so that nobody mistakes them for the results of a run that is stopped.
 fn remove_results(folder: &Path) -> Result<(), Failure> {
     RESULTS.into_iter().try_for_each(|name| remove_file(&folder.join(name)))
 }
@@ -489,7 +489,7 @@ fn remove_folder(folder: &Path) -> io::Result<()> {
     removed
 }
 
-/// Copies the curves of soaks into a folder of their own, as `CASE.csv`.
+/// Copies the curves of soaks into a separate folder, as `CASE.csv`.
 fn keep_curves(reports: &[CaseReport], working: &Path, curves: &Path) -> Result<(), Failure> {
     for report in reports {
         let (from, to) = (working.join(&report.case).join(soak::CURVE), curves.join(format!("{}.csv", report.case)));
@@ -502,7 +502,7 @@ fn keep_curves(reports: &[CaseReport], working: &Path, curves: &Path) -> Result<
     Ok(())
 }
 
-/// Writes all files of results, and adds to the summary of a GitHub workflow's step where there is one.
+/// Writes all result files, and appends to the summary of a GitHub workflow's step when run in one.
 fn write(
     suite: &Suite,
     folder: &Path,

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
 use afterlight::frame::capabilities;
-use afterlight::frame::rows::unreported_mutants::RowPart;
+use afterlight::frame::rows::RowPart;
 use afterlight::gpu::{DeviceChoice, PhysicalDevice};
 use afterlight::plan::FramePlan;
 use afterlight::scene::counted;
@@ -38,7 +38,7 @@ pub struct MutantSelection<'a> {
     pub jobs: usize,
 }
 
-/// A mutant with its outcome. Nothing is heard of those that cannot be drawn here.
+/// A mutant with its outcome. `heard` is `None` if the mutant cannot be drawn here.
 struct MutantResult<'a> {
     name: String,
     mutant: Mutant<'a>,
@@ -73,7 +73,7 @@ pub fn run(choice: &MutantSelection, folder: Option<&Path>, quiet: bool) -> Resu
     let begun = Instant::now();
     if let Some(folder) = folder {
         output::make_folder(folder)?;
-        // Nobody takes them for those of a run that is stopped.
+        // Old results would be mistaken for the results of this run if it is stopped.
         RESULTS.into_iter().try_for_each(|name| super::remove_file(&folder.join(name)))?;
     }
     let laboratory = Laboratory::open(choice.device)?.with_jobs(choice.jobs);
@@ -158,7 +158,7 @@ struct MutantRecord<'a> {
     dependency: &'a str,
     missing: String,
     plan: &'a str,
-    /// By the specification's rules.
+    /// Rules that the mutant breaks by the specification.
     must_follow: &'a BTreeSet<String>,
     /// The rules that the layer finds broken without its shader heuristic, and with it; null where it was not asked.
     plain: Option<&'a BTreeSet<String>>,
@@ -341,7 +341,8 @@ impl<'a> MutationReport<'a> {
         text
     }
 
-    /// Each reason for a miss, once, those of older layers first, each kind in the order of its list.
+    /// Returns each reason for a miss once: misses that older layers notice, misses that later layers notice, argued misses, then carried frames,
+    /// each kind in the order of its list.
     fn reasons(&self) -> Vec<Miss> {
         let mut reasons: Vec<Miss> = Vec::new();
         for miss in self.judged.iter().filter_map(MutantResult::miss) {
@@ -349,7 +350,7 @@ impl<'a> MutationReport<'a> {
                 reasons.push(miss);
             }
         }
-        // Sentences go on from those before them in the list.
+        // A sentence may continue the one before it in the list.
         reasons.sort_by_key(|miss| match miss {
             Miss::Newer(entry) => (0, std::ptr::from_ref(*entry).addr()),
             Miss::Older(entry) => (1, std::ptr::from_ref(*entry).addr()),
@@ -359,7 +360,7 @@ impl<'a> MutationReport<'a> {
         reasons
     }
 
-    /// By dependency and part, in the order of frames.
+    /// Groups the mutants by dependency and part, in the order of frames.
     fn groups(&self) -> Vec<MutantGroup<'_>> {
         let mut groups: Vec<MutantGroup> = Vec::new();
         for own in self.judged {

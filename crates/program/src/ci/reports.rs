@@ -142,7 +142,7 @@ pub fn table(judged: &[CaseResult]) -> String {
     table.render()
 }
 
-/// The same in Markdown, as a step of a GitHub workflow shows it.
+/// Returns the results in Markdown, as a step of a GitHub workflow shows them.
 pub fn markdown(suite: &str, seconds: f64, judged: &[CaseResult], changes: &[String]) -> String {
     let on = judged.iter().map(|own| &own.report.on).find(|on| !on.device.is_empty());
     let on = on.map_or_else(String::new, |on| format!(" on {} ({})", on.device, on.driver));

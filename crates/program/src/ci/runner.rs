@@ -1,4 +1,4 @@
-//! Runs cases, each in a process of its own: one that crashes, hangs or loses its device ends alone.
+//! Runs cases, each in a separate process: a case that crashes, hangs or loses its device ends alone.
 
 use std::collections::VecDeque;
 use std::ffi::OsString;
@@ -32,7 +32,7 @@ pub struct Runner<'a> {
 }
 
 impl Runner<'_> {
-    /// Runs all cases, and those that end badly once more: one that then passes is a flake. `told` hears of each as it is done.
+    /// Runs all cases, and cases that end badly once more: a case that then passes is a flake. `told` is called with each report as its case is done.
     pub fn run(&self, cases: &[&SuiteCase], told: &(dyn Fn(&CaseReport) + Sync)) -> Vec<CaseReport> {
         let queue: Mutex<VecDeque<(usize, &SuiteCase)>> = Mutex::new(cases.iter().copied().enumerate().collect());
         let done: Mutex<Vec<(usize, CaseReport)>> = Mutex::default();

@@ -1,4 +1,4 @@
-//! Stages of a case: parts that have a device of their own, each with the checks of the layer that watches it.
+//! Stages of a case: parts with separate devices, each with the checks of the layer that watches it.
 
 use std::sync::Arc;
 
@@ -19,7 +19,7 @@ struct Observed {
 }
 
 impl Observed {
-    /// Everything that was said so far. From here on the log's file gets nothing.
+    /// Takes all messages so far, and stops writing to the log's file.
     fn end(log: &MessageLog) -> Self {
         log.tell_to(None);
         let dropped = log.dropped();
@@ -30,7 +30,7 @@ impl Observed {
         evidence.layer_messages(stage, &self.messages, self.dropped);
     }
 
-    /// The first of those that are mistakes, and their number.
+    /// Notes the first message that is a mistake, and the number of mistakes.
     fn note(&self, stage: CaseStage, evidence: &EvidenceFolder, report: &mut CaseReport) {
         let (left, said): (Vec<_>, Vec<_>) = self.messages.iter().partition(|own| own.kind == MessageKind::Leak);
         let holds = left.is_empty();
@@ -65,7 +65,7 @@ fn more(first: &str, others: u64) -> String {
     if others == 0 { first.to_owned() } else { format!("{first} (and {others} more)") }
 }
 
-/// A part of a case that has a device of its own.
+/// A part of a case with a separate device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct CaseStage {
     /// The checks of the layer.
@@ -98,7 +98,7 @@ impl CaseStage {
         Device::with_extensions(instance, choice, if self.shows.is_some() { &[c"VK_KHR_swapchain"] } else { &[] })
     }
 
-    /// Notes a check that cannot be made here. Without one, it is the case that cannot be tried.
+    /// Notes a check that cannot be made here. If no check is concerned, returns the error: the whole case cannot be tried.
     fn skip(self, error: gpu::Error, report: &mut CaseReport) -> Result<(), Abort> {
         let check = match (&error, self.mode, self.shows) {
             (gpu::Error::MissingLayer { .. } | gpu::Error::Unsupported(_), Some(_), _) => CheckKind::LayerMessage,
@@ -110,8 +110,8 @@ impl CaseStage {
     }
 }
 
-/// Runs work on a device of its own, and notes the messages of the layer and of the device's end, also if the work fails. `None` where the layer
-/// cannot check so, or nothing can be shown, which is noted.
+/// Runs work on a separate device, and notes the messages of the layer and of the device's end, also if the work fails. Returns `None`, with a note,
+/// if the layer lacks these checks or nothing can be shown.
 pub fn with_device<T>(
     stage: CaseStage,
     context: &CaseContext,

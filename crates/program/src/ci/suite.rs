@@ -4,10 +4,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use afterlight::frame::experiment::PresentPath;
 use afterlight::gpu::Validation;
 use afterlight::scene::{SettingsPatch, builtin, nearest, unknown};
 use afterlight_files::regular_file::read_regular;
+use afterlight_lab::mutants::PresentPath;
 use serde::{Deserialize, Serialize};
 
 use super::results::MOST_BYTES;
@@ -69,7 +69,7 @@ impl SceneSource {
 /// The checks of a case. Every case also checks that pictures are drawn at all, and that nothing of them is left on the device.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Checks {
-    /// So many pictures of as many renderers must be equal to the byte.
+    /// Number of renderers whose pictures must be equal to the byte.
     pub identical: u32,
     /// Settings with which the picture must be the same to the byte.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -81,16 +81,16 @@ pub struct Checks {
     pub truth: Option<TruthTolerance>,
     /// The checks of the validation layer that must be silent, one after the other.
     pub validate: Vec<ValidationMode>,
-    /// Memory must not grow over so many frames.
+    /// Number of frames over which memory must not grow.
     pub steady_frames: u32,
-    /// So many sizes of a surface without a display are drawn into, one after the other.
+    /// Number of sizes of a surface without a display to draw into, one after the other.
     pub resizes: u32,
     /// Frames are shown in a window's ways, on a surface without a display, also under the checks of `validate`.
     pub window: Vec<PresentPath>,
-    /// So many frames while everything changes at random.
+    /// A run of frames while everything changes at random.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub soak: Option<Soak>,
-    /// The device may take so many times as long for a frame as the baseline says.
+    /// Limit of the device's time for a frame, as a multiple of the baseline's.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub slower: Option<f64>,
 }
@@ -118,9 +118,9 @@ fn elsewhere() -> f64 {
 #[serde(deny_unknown_fields)]
 pub struct Soak {
     pub frames: u32,
-    /// Something changes about every so many frames.
+    /// Mean number of frames between changes.
     pub changes_every: u32,
-    /// The same seed tries the same changes; those that make frames too slow are given up, which depends on the device.
+    /// Seed of the changes: equal seeds try the same changes. Changes that make frames too slow are given up, which depends on the device.
     pub seed: u64,
 }
 
@@ -363,7 +363,7 @@ fn bad(name: &str, why: &str) -> Failure {
     Failure::new(Exit::BadInput, format!("the suite {name}: {why}"))
 }
 
-/// Adds the cases of a suite to those before it. Returns the texts of its scenes, and of those that it includes.
+/// Adds the cases of a suite to the cases before it. Returns the texts of its scenes, and of the scenes of suites that it includes.
 fn collect(
     name: &str,
     folder: &Path,

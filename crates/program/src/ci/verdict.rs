@@ -52,7 +52,7 @@ pub enum Status {
     Timeout,
     /// A repeat had another verdict.
     Flake,
-    /// The same, of a case of which that is known.
+    /// A flake of a case that is known to flake.
     KnownFlake,
     /// It failed as the baseline says.
     ExpectedFail,
@@ -85,7 +85,7 @@ impl Status {
         })
     }
 
-    /// Returns the status beside that of the baseline, by deqp-runner's rules.
+    /// Returns the status in view of the baseline's, by deqp-runner's rules.
     pub fn against(self, baseline: Option<Self>) -> Self {
         use Status::{Crash, ExpectedFail, Fail, Pass, Skip, Timeout, UnexpectedImprovement};
         let Some(baseline) = baseline else { return self };

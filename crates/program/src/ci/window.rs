@@ -1,7 +1,7 @@
 //! Frames as a window has them, on a surface without a display: with a view beside the picture, panels over it, and copies of it.
 
-use afterlight::frame::experiment::{self, PresentPath};
 use afterlight::frame::{Picture, Pixels};
+use afterlight_lab::mutants::experiment::{self, PresentPath};
 
 use super::evidence::EvidenceFolder;
 use super::examine::{Abort, CaseContext, CaseSetup};

@@ -113,7 +113,7 @@ impl<'a> Blocks<'a> {
     fn barrier(&mut self, barrier: &'a Barrier, why: &str) -> String {
         let mut text = String::new();
         if let Some((half, [from, to])) = barrier.handed {
-            // Both halves of a row have masks of their own.
+            // Each half of a row has separate masks.
             let _ = match half {
                 Half::Release => writeln!(text, "    release: the {} gives it to the {}", from.name(), to.name()),
                 Half::Acquire => writeln!(text, "    acquire: the {} takes it from the {}", to.name(), from.name()),

@@ -31,7 +31,8 @@ impl ComparisonMetric {
         NAMES.iter().find(|(_, metric)| *metric == self).map_or("", |(name, _)| name)
     }
 
-    /// The metric of light where both pictures are, else as shown; PSNR and FLIP always as shown. `None` where there is none.
+    /// Returns the metric: of light if both pictures are light, else of the pictures as shown. PSNR and FLIP are always of the pictures as shown.
+    /// `None` if the comparison lacks the metric.
     pub fn of(self, comparison: &Comparison) -> Option<f64> {
         let difference = comparison.light.as_ref().unwrap_or(&comparison.shown);
         match self {

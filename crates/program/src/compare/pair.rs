@@ -21,9 +21,9 @@ pub struct ImagePair {
 
 /// The difference by all metrics.
 pub struct Comparison {
-    /// Of exposed light, where both pictures are light.
+    /// The difference of exposed light, if both pictures are light.
     pub light: Option<Difference>,
-    /// As shown, in sRGB from 0 to 1.
+    /// The difference as shown, in sRGB from 0 to 1.
     pub shown: Difference,
     #[cfg(feature = "report")]
     pub flip: FlipMap,
@@ -71,7 +71,7 @@ impl ImagePair {
         matches!((&self.actual, &self.expected), (ImageFile::Light(_), ImageFile::Light(_)))
     }
 
-    /// The EV100 at which light is exposed; `None` where there is none.
+    /// The EV100 at which light is exposed; `None` if both pictures are as shown.
     pub fn exposure(&self) -> Option<f32> {
         let shown = matches!((&self.actual, &self.expected), (ImageFile::Shown(_), ImageFile::Shown(_)));
         (!shown).then_some(self.ev100)
@@ -131,7 +131,7 @@ fn not_finite(picture: &ImageFile) -> usize {
     image.pixels.iter().filter(|pixel| pixel.iter().any(|sample| !sample.is_finite())).count()
 }
 
-/// The EV100 at which the mean luminance is [`MID_TONE`] of what saturates the sensor; 0 for a picture without light.
+/// The EV100 at which the mean luminance is [`MID_TONE`] of the luminance that saturates the sensor; 0 for a picture without light.
 fn metered(expected: &LinearImage) -> f32 {
     let ev100 = (expected.mean_luminance() / (1.2 * MID_TONE)).log2();
     if ev100.is_finite() { ev100.clamp(-100.0, 100.0) as f32 } else { 0.0 }

@@ -18,7 +18,7 @@ use crate::{output, progress, session};
 /// The figures that `auto` chooses by.
 #[derive(Debug, Serialize)]
 pub struct CalibrationReport {
-    /// `asked`, `unasked`, or `null` where they are those of another device.
+    /// `asked`, `unasked`, or `null` for the figures of another device.
     measured: Option<&'static str>,
     /// The other device.
     of: Option<&'static str>,
@@ -105,7 +105,7 @@ pub fn run(device: Option<DeviceChoice>, asked: bool, json: bool) -> Result<(), 
             let what = format!("the figures of {} cannot be kept: {error}", device.physical.name);
             Failure::new(Exit::BadInput, what).with_hint("AFTERLIGHT_CALIBRATION names a folder for them")
         };
-        // Before seconds go into figures that are lost.
+        // The place is checked before seconds are spent on figures that could not be kept.
         device.physical.calibration_place().map_err(unkept)?;
         let mut bar = None;
         let (measured, warm_up) = calibrate::measure(&device, asked, &mut |_, all| {

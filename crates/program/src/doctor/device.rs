@@ -178,7 +178,7 @@ impl DeviceReport {
         self.number == number
     }
 
-    /// Its name, its driver's and their versions.
+    /// Returns a line with the device's name, its driver and their versions.
     pub fn line(&self) -> String {
         let Self { number, name, driver, vulkan, .. } = self;
         format!("device {number}: {name}, driver {driver}, Vulkan {vulkan}")
@@ -249,7 +249,7 @@ fn limits(device: &PhysicalDevice) -> Vec<(&'static str, String)> {
     ]
 }
 
-/// Names what is missing.
+/// Returns "yes", or names the missing feature.
 fn supported(own: Support) -> String {
     own.map_or_else(|lack| format!("no: {lack}"), |()| "yes".into())
 }

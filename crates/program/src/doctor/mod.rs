@@ -1,5 +1,5 @@
-//! `afterlight doctor`: the parts of Vulkan that are here, those that work, and the packages to install for the rest. It must work where
-//! nothing else does, so nothing that it finds missing stops it.
+//! `afterlight doctor`: the parts of Vulkan that are here, which of them work, and the packages to install for the rest. It must work where nothing
+//! else does, so no missing part stops it.
 
 mod calibration;
 mod device;
@@ -71,7 +71,7 @@ struct Findings {
     /// The validation layer's version; `None`: `--validate` does not work.
     validation_layer: Option<String>,
     devices: Vec<DeviceReport>,
-    /// The number of the device that is used where none is asked for.
+    /// The number of the device that is used by default.
     device: Option<usize>,
     /// Why nothing can be drawn.
     error: Option<String>,

@@ -1,9 +1,10 @@
 //! A scene as Mitsuba 3 reads it, so that another renderer, by other people, can be asked for the same picture.
 //!
-//! Only things that both have by the same formulas are written, everything else is refused: opaque lambert surfaces, and white metals, whose Fresnel
-//! term is 1 by any formula; lights without size or range that cast shadows; no light from everywhere. Three differences are left
-//! to the author of such a scene. Between a spot's inner and outer angle the fall-offs differ. The back of a one-sided surface is black in Mitsuba
-//! and missing here. And Mitsuba's GGX has separable masking and shadowing, as `--smith separable` has it.
+//! Only features that both renderers compute by the same formulas are written: opaque lambert surfaces, and white metals, whose Fresnel term is 1 by
+//! any formula; lights without size or range that cast shadows; no light from everywhere. Everything else is refused.
+//!
+//! Three differences are left to the scene's author. A spot's fall-off between its inner and outer angle differs. The back of a one-sided surface is
+//! black in Mitsuba and missing here. Mitsuba's GGX has separable masking and shadowing, as `--smith separable` has it.
 
 use std::fmt::Write as _;
 
@@ -27,7 +28,7 @@ pub struct MitsubaScene<'a> {
     pub camera: Camera,
     /// Width and height in pixels.
     pub size: [u32; 2],
-    /// In place of all materials' own reflection models.
+    /// A reflection model in place of all materials' own.
     pub brdf: Option<Brdf>,
 }
 

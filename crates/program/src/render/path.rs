@@ -68,7 +68,7 @@ impl Moments {
     }
 }
 
-/// Has the renderer draw the scene as it is so many seconds after the first moment, and returns the scene's camera then.
+/// Has the renderer draw the scene as it is `seconds` after the first moment, and returns the scene's camera then.
 pub(super) fn go_to(
     seconds: f64,
     renderer: &mut Renderer,

@@ -1,4 +1,4 @@
-//! Several scenes, one after the other: each has a picture and a verdict of its own, and one that fails does not keep the others from being drawn.
+//! Several scenes, one after the other: each has its own picture and verdict, and a scene that fails does not keep the others from being drawn.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -59,7 +59,7 @@ pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
 /// The verdict on a scene, the files that it was read from, and the failure, if any.
 pub(super) type One = (SceneVerdict, Vec<PathBuf>, Result<(), Failure>);
 
-/// Draws one scene on a device of its own, so that all messages of the layer are about it.
+/// Draws one scene on a separate device, so that all messages of the layer are about this scene.
 pub(super) fn one(args: &Args, scene: &str, is_verbose: bool) -> Result<One, Failure> {
     let start = Instant::now();
     let (outcome, heard) = session::observe(&args.device, |device| draw_scene(args, scene, &device, is_verbose));
@@ -68,7 +68,7 @@ pub(super) fn one(args: &Args, scene: &str, is_verbose: bool) -> Result<One, Fai
     let is_taken = is_taken.into_iter().flatten().any(Sink::is_stdout);
     let mut told = String::new();
     let (mut hazards, mut files) = (Vec::new(), Vec::new());
-    // Of a scene that could not be drawn nothing was checked.
+    // Nothing was checked in a scene that could not be drawn.
     if let Ok(drawn) = &outcome {
         told.push_str(&drawn.text);
         told.extend(heard.line().map(|line| line + "\n"));
@@ -102,7 +102,7 @@ pub(super) fn verdict(mut failures: Vec<(&str, Failure)>, scenes: usize) -> Resu
     Err(Failure::new(exit, format!("{} of {scenes} scenes failed: {}", names.len(), names.join(", "))))
 }
 
-/// A scene's name in names of files: that of its file, or all of a built-in scene's name that a file's may have.
+/// A scene's name in file names: its file's stem, or a built-in scene's name with a dash for each character that is no letter or digit.
 pub(super) fn name_of(scene: &str) -> String {
     match scene.strip_prefix("builtin:") {
         Some(name) => name.replace(|c: char| !c.is_alphanumeric(), "-"),
@@ -110,7 +110,7 @@ pub(super) fn name_of(scene: &str) -> String {
     }
 }
 
-/// A name for each scene. Of scenes whose files have one name each is told apart by its extension, its folder, or all of its path.
+/// A name for each scene. Scenes whose files share a name are told apart by extension, by folder, or by the whole path.
 pub(super) fn names_of(scenes: &[String]) -> Vec<String> {
     let folder = |scene: &str| {
         Path::new(scene).parent().and_then(Path::file_name).unwrap_or_default().to_string_lossy().into_owned()
@@ -132,7 +132,7 @@ pub(super) fn names_of(scenes: &[String]) -> Vec<String> {
     scenes.iter().map(named).collect()
 }
 
-/// Finds out before the work whether all results can be written, each to a place of its own.
+/// Checks before the work that all results can be written, each to a different place.
 fn check_sinks(args: &Args, targets: &[Destination]) -> Result<(), Failure> {
     let name = "give -o a name with {name} in it, as -o {name}.png";
     if targets.len() > 1 && args.output.sink.is_stdout() {

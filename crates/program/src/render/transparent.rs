@@ -1,5 +1,5 @@
-//! `afterlight render --transparent`: what is drawn without what lies behind it. The picture is drawn before black and before white; the share of the
-//! white that is seen is what the surfaces let through.
+//! `afterlight render --transparent`: a picture without its background. It is drawn before black and before white; the share of the white that shows
+//! is the transmittance of the surfaces.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -77,16 +77,16 @@ pub fn draw(
     Ok(RenderOutput { text: text + &costs, hazards: Vec::new(), files: Vec::new() })
 }
 
-/// The opacity of a pixel by what it shows before black and before a background of the given light.
+/// The opacity of a pixel, from its colours before black and before a background of the given light.
 fn opacity(black: DVec3, before_white: DVec3, white: DVec3) -> f64 {
     (1.0 - ((before_white - black) / white).element_sum() / 3.0).clamp(0.0, 1.0)
 }
 
-/// The colour is that of the surface alone, as PNG has it.
+/// Returns pixels with the colour of the surface alone, not times alpha, as PNG has it.
 fn codes(black: &[u8], before_white: &[u8], white: DVec3) -> Vec<u8> {
     let decoded = |[r, g, b, _]: [u8; 4]| DVec3::from([r, g, b].map(|code| decode_srgb(f64::from(code) / 255.0)));
     let code = |value: f64| (encode_srgb(value.clamp(0.0, 1.0)) * 255.0).round() as u8;
-    // As it is seen: a code.
+    // White is compared as it is shown: as a code.
     let white = DVec3::from(white.to_array().map(|value| decode_srgb(f64::from(code(value)) / 255.0)));
     let pairs = black.as_chunks::<4>().0.iter().zip(before_white.as_chunks::<4>().0);
     let pixel = |(&black, &before_white): (&[u8; 4], &[u8; 4])| {
@@ -102,7 +102,7 @@ fn codes(black: &[u8], before_white: &[u8], white: DVec3) -> Vec<u8> {
     pairs.flat_map(pixel).collect()
 }
 
-/// The light is multiplied by the opacity, as OpenEXR has it.
+/// Returns pixels whose light is multiplied by the opacity, as OpenEXR has it.
 fn light(black: &[f32], before_white: &[f32], white: f32) -> Vec<f32> {
     let wide = |[r, g, b, _]: [f32; 4]| Vec3::new(r, g, b).as_dvec3();
     let white = DVec3::splat(f64::from(white));

@@ -28,7 +28,7 @@ pub struct SceneVerdict {
     verdict: RenderVerdict,
     exit_code: u8,
     error: Option<String>,
-    /// With `--drop`.
+    /// The dependency of `--drop`.
     dropped: Option<String>,
     /// The hazards without it, a sentence each.
     hazards: Vec<String>,
@@ -78,7 +78,7 @@ impl SceneVerdict {
         }
     }
 
-    /// The same of frames without a dependency.
+    /// Adds a dependency that was left out, and the hazards without it.
     pub fn without(mut self, dropped: Option<String>, hazards: Vec<String>) -> Self {
         self.listing.extend(hazards.iter().map(|hazard| format!("{hazard}\n")));
         Self { dropped, hazards, ..self }

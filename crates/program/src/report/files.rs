@@ -29,7 +29,7 @@ const MOST_BYTES: u64 = 64 << 20;
 pub struct Folder(PathBuf);
 
 impl Folder {
-    /// Makes it where it is not there.
+    /// Makes the folder if it is missing.
     pub fn make(path: &Path) -> Result<Self, Failure> {
         make_folder(path)?;
         make_folder(&path.join(choice::FOLDER))?;
@@ -74,7 +74,7 @@ impl Folder {
         Sink::File(self.0.join(name)).write(bytes)
     }
 
-    /// Draws the pictures that the report shows, unless they are there already: [`Folder::clear`] has removed those of other runs.
+    /// Draws the pictures that the report shows, unless they are there already: [`Folder::clear`] has removed the pictures of other runs.
     pub fn draw_pictures(
         &self,
         mut scene: SceneReport,

@@ -15,7 +15,7 @@ pub(super) const CORNELL: Builtin =
 
 type Quad = [[f64; 3]; 4];
 
-/// In millimetres, counter-clockwise from inside. Seen from the camera, +X is left.
+/// Corners in millimetres, counter-clockwise from inside. Seen from the camera, +X is left.
 const FLOOR: Quad = [[552.8, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 559.2], [549.6, 0.0, 559.2]];
 const CEILING: Quad = [[556.0, 548.8, 0.0], [556.0, 548.8, 559.2], [0.0, 548.8, 559.2], [0.0, 548.8, 0.0]];
 const BACK: Quad = [[549.6, 0.0, 559.2], [0.0, 0.0, 559.2], [0.0, 548.8, 559.2], [556.0, 548.8, 559.2]];

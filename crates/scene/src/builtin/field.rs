@@ -59,8 +59,8 @@ fn slope() -> f64 {
     (FOV_Y_DEGREES * 0.5).to_radians().tan()
 }
 
-/// One mesh whose quads are listed from the back: each wall hides those before it in the list, and as no renderer sorts the
-/// triangles of a mesh, all of them are shaded.
+/// One mesh whose quads are listed from the back: each wall hides the walls before it in the list. No renderer sorts the triangles of a mesh, so all
+/// of them are shaded.
 fn walls(stage: &mut SceneBuilder, count: usize) {
     let mut walls = MeshBuilder::new();
     for index in 0..count {

@@ -36,7 +36,7 @@ fn build(params: &Params) -> Scene {
     let mut stage = SceneBuilder::default();
     let slope = (FOV_Y_DEGREES * 0.5).to_radians().tan();
     let count = params.integer("count");
-    // One mesh: no renderer sorts the triangles of a mesh, so that each layer hides those before it in the list after they were shaded.
+    // One mesh: no renderer sorts the triangles of a mesh, so each layer hides the layers before it in the list after they were shaded.
     let mut layers = MeshBuilder::new();
     for index in (0..count).rev() {
         let distance = NEAREST + index as f64 * APART;

@@ -1,6 +1,6 @@
 //! Scenes made of formulas, for tests, benchmarks and the first picture: `builtin:NAME?key=value&key=value`. This module needs the feature `readers`.
 //!
-//! The same name and parameters make the same scene, byte for byte. All of them are this project's own work, CC0.
+//! Equal names and parameters make equal scenes, byte for byte. All of them are this project's own work, CC0.
 
 mod checks;
 mod cornell;

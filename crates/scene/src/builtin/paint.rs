@@ -11,7 +11,7 @@ pub(super) struct Texel {
     /// sRGB-encoded, 0 to 1: painted as seen.
     pub color: [f32; 3],
     pub alpha: f32,
-    /// In widths of the image.
+    /// Height in widths of the image.
     pub height: f32,
     pub roughness: f32,
     pub metallic: f32,

@@ -20,9 +20,9 @@ pub enum Kind {
 /// A parameter of a built-in scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Parameter {
-    /// Its key.
+    /// The parameter's key.
     pub name: &'static str,
-    /// Its meaning, with the unit.
+    /// The parameter's meaning, with the unit.
     pub about: &'static str,
     /// Type, range and default.
     pub kind: Kind,

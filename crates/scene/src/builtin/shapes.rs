@@ -10,9 +10,9 @@ use crate::{Aabb, Mesh};
 /// A point of a surface: position, unit normal, texture coordinates ((0, 0) is the image's upper left corner).
 #[derive(Debug, Clone, Copy)]
 pub struct Vertex {
-    /// In mesh space, metres.
+    /// Position in mesh space, in metres.
     pub position: DVec3,
-    /// Of length 1.
+    /// Normal of length 1.
     pub normal: DVec3,
     /// (0, 0) is the image's upper left corner.
     pub uv: DVec2,
@@ -46,7 +46,7 @@ impl MeshBuilder {
         }
     }
 
-    /// A flat quad, counter-clockwise from its lower left corner; `uvs` are those of the corners.
+    /// Adds a flat quad, counter-clockwise from its lower left corner; `uvs` are the texture coordinates of the corners.
     pub fn quad(&mut self, corners: [DVec3; 4], uvs: [DVec2; 4]) {
         let normal = (corners[2] - corners[0]).cross(corners[3] - corners[1]).normalize_or(DVec3::Y);
         let [a, b, c, d] = std::array::from_fn(|i| self.vertex(corners[i], normal, uvs[i]));
@@ -54,7 +54,7 @@ impl MeshBuilder {
         self.triangle([a, c, d]);
     }
 
-    /// A flat quad whose texture repeats every metre, upright along its first edge.
+    /// Adds a flat quad whose texture repeats every metre, upright along its first edge.
     pub fn quad_metric(&mut self, corners: [DVec3; 4]) {
         let along = (corners[1] - corners[0]).normalize_or(DVec3::X);
         let normal = (corners[2] - corners[0]).cross(corners[3] - corners[1]).normalize_or(DVec3::Y);

@@ -222,7 +222,7 @@ impl AnimatedScene<'_> {
         Ok(of_node(property, node).into_iter().collect())
     }
 
-    /// The number of the scene's camera among those that clips move.
+    /// Returns the index of the scene's camera in the list of cameras that clips move, and adds it if it is missing.
     fn camera(&mut self) -> usize {
         let cameras = &mut self.scene.cameras;
         *self.scene.looks_through.get_or_insert_with(|| {

@@ -39,12 +39,12 @@ const COMMON: [&str; 6] = ["name", "kind", "color", "temperature", "intensity", 
 /// The keys of a kind of light.
 struct LightSchema {
     word: &'static str,
-    /// Its keys beside the common ones.
+    /// Keys besides the common ones.
     keys: &'static [&'static str],
     /// The key of [`Light::size`].
     size: (&'static str, NumberRange),
     casts_shadow: bool,
-    /// With the light's luminous intensity in candela, colour and all.
+    /// Reads the kind, given the light's luminous intensity in candela, colour included.
     read: fn(&Table, f64) -> Result<LightKind, Error>,
 }
 

@@ -1,4 +1,4 @@
-//! `[[materials]]`: new ones, and changes to those that models bring.
+//! `[[materials]]`: new materials, and changes to materials of models.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};

@@ -203,7 +203,7 @@ fn brings_light(root: &Table) -> bool {
     ["lights", "scattered_lights", "environment", "sky"].iter().any(|key| root.get(key).is_some())
 }
 
-/// The error of a file that another names: with its own line where it has one, else told at the key that names it.
+/// The error of a file that another file names: at its own line if it has one, else at the key that names the file.
 fn from_another(node: &KeyedValue, error: Error) -> Error {
     match error {
         Error::Content { line: Some(_), .. } => error,

@@ -55,19 +55,19 @@ pub(super) const FINITE: NumberRange = NumberRange { text: "a finite number", ho
 pub(super) const LENGTH: NumberRange =
     NumberRange { text: "from 1e-12 to 1e15", holds: |x| (1e-12..=1e15).contains(&x) };
 pub(super) const SHARE: NumberRange = NumberRange { text: "from 0 to 1", holds: |x| (0.0..=1.0).contains(&x) };
-/// Of light: a product of two still fits f32.
+/// Strength of light: a product of two still fits f32.
 pub(super) const STRENGTH: NumberRange = NumberRange { text: "from 0 to 1e18", holds: |x| (0.0..=1e18).contains(&x) };
 pub(super) const FIELD_OF_VIEW: NumberRange =
     NumberRange { text: "from 0.001 to 179.999 degrees", holds: |x| FOV_Y_DEGREES.contains(&x) };
 pub(super) const CONE_ANGLE: NumberRange =
     NumberRange { text: "from 0 to 180 degrees", holds: |x| (0.0..=180.0).contains(&x) };
-/// Of a key of a camera path.
+/// Time of a key of a camera path.
 pub(super) const TIME: NumberRange =
     NumberRange { text: "from 0 to 1e9 seconds", holds: |x| (0.0..=MAX_SECONDS).contains(&x) };
-/// Of a body that glows by heat.
+/// Temperature of a body that glows by heat.
 pub(super) const KELVIN: NumberRange =
     NumberRange { text: "from 1000 to 40000 kelvin", holds: |x| crate::KELVIN.contains(&x) };
-/// Of a source of light; 0 for none.
+/// Radius of a light source; 0 for none.
 pub(super) const RADIUS: NumberRange = NumberRange { text: "from 0 to 1e15", holds: |x| (0.0..=1e15).contains(&x) };
 pub(super) const SUN_ANGLE: NumberRange =
     NumberRange { text: "from 0 to 90 degrees", holds: |x| (0.0..=90.0).contains(&x) };

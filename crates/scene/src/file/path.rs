@@ -6,7 +6,7 @@ use super::node::{SourceText, TIME, Table};
 use super::{parse_root, read_text, schema, settings};
 use crate::{Camera, CameraKey, CameraPath, Error};
 
-/// Opens a camera path. Values that its first key leaves out are those of `camera`; values that another leaves out, those of the key before it.
+/// Opens a camera path. Values that the first key leaves out come from `camera`; values that another key leaves out come from the key before it.
 ///
 /// # Errors
 /// [`Error::Read`] when it cannot be read; [`Error::Content`] with the line when something in it is wrong.

@@ -14,7 +14,7 @@ pub(super) fn transform(table: &Table) -> Result<DAffine3, Error> {
     Ok(DAffine3::from_scale_rotation_translation(scale, rotation, translation))
 }
 
-/// The same by its parts, for clips to move.
+/// Reads a placement's parts, for clips to move.
 pub(super) fn placement(table: &Table) -> Result<Placement, Error> {
     Ok(Placement {
         translation: table.read("translation", KeyedValue::point)?.unwrap_or(DVec3::ZERO),

@@ -1,4 +1,4 @@
-//! The keys of a scene file, table by table. docs/SCENES.md explains each; a test holds the two together. Those of settings are the rows of
+//! The keys of a scene file, table by table. docs/SCENES.md explains each; a test holds the two together. The keys of settings are the rows of
 //! [`SETTINGS`](crate::SETTINGS), and docs/SETTINGS.md has them.
 
 use crate::settings;
@@ -12,7 +12,7 @@ use crate::FORMS;
 pub struct Schema {
     /// As the documentation calls it: `root`, `camera`, `models.shape`.
     pub table: &'static str,
-    /// In no particular order.
+    /// Keys in no particular order.
     pub keys: &'static [&'static str],
 }
 
@@ -64,7 +64,7 @@ pub(super) const INSTANCE: Schema =
     Schema { table: "models.instances", keys: &["translation", "rotation", "scale", "cell", "tint", "selected"] };
 pub(super) const ROTATION: Schema = Schema { table: "rotation", keys: &["quaternion", "axis", "degrees"] };
 pub(super) const GRID: Schema = Schema { table: "models.grid", keys: &["count", "spacing"] };
-/// Keys of materials besides those of the texture slots.
+/// Keys of materials besides the texture slots'.
 const FACTORS: &[&str] = &[
     "name",
     "brdf",

@@ -9,7 +9,7 @@ use super::place::rotation;
 use super::schema;
 use crate::{Camera, Environment, Error, Projection, SETTINGS, Setting, SettingsPatch, ValueKind};
 
-/// Reads the file's values of the camera, over those of the one before.
+/// Reads the file's values of the camera; the others come from the camera `before`.
 pub(super) fn camera(node: &KeyedValue, before: Camera) -> Result<Camera, Error> {
     let table = node.table(schema::CAMERA)?;
     let camera = camera_of(&table, before)?;
@@ -70,7 +70,7 @@ pub(super) fn environment(node: &KeyedValue, environment: Environment) -> Result
             let ground = light("ground", "ground_strength", environment.ground())?;
             (light("sky", "sky_strength", environment.ambient)?, Some(ground))
         }
-        // One colour is that of both; a strength alone leaves the base's two as they are to each other.
+        // One colour is for both halves; a strength alone keeps the ratio of the base's two colours.
         None if says(&["ambient"]).is_some() => (even(environment.ambient)?, None),
         None => (even(environment.ambient)?, environment.ground.map(even).transpose()?),
     };

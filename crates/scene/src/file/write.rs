@@ -25,11 +25,11 @@ pub enum Origin<'a> {
 /// A bare model, and the options that it was opened with (see [`OpenOptions`](crate::OpenOptions)).
 #[derive(Debug, Clone, Copy)]
 pub struct Model<'a> {
-    /// Its file.
+    /// The model's file.
     pub path: &'a Path,
     /// Metres of a unit.
     pub scale: f64,
-    /// Its upward axis.
+    /// The model's upward axis.
     pub up: Up,
     /// The scene of the file.
     pub scene: Option<&'a str>,

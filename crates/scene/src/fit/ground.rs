@@ -5,15 +5,15 @@ use glam::{DAffine3, DVec3, Vec3};
 use crate::sky::Studio;
 use crate::{Aabb, Brdf, CastsShadow, Material, Mesh, Object, Playing, Scene};
 
-/// Its albedo alone in the studio, the code 186 of 8-bit sRGB, so that a G-buffer keeps it as it is; and where a model's own lights are exposed for, too: the
-/// code 214.
+/// The ground's albedo if the studio is the only light: the code 186 of 8-bit sRGB, which a G-buffer keeps exactly. If a model's own lights are
+/// exposed for, too, the albedo is code 214.
 pub const ALBEDO: f32 = 0.4910208;
 pub const ALBEDO_BESIDE_LIGHTS: f32 = 0.672_443_2;
 /// Corners of the disc.
 const CORNERS: u32 = 64;
 /// The disc's radius over the model's: a fitted camera sees no end of it.
 const REACH: f64 = 16.0;
-/// Its depth below the model's lowest point, as a share of the model's radius, so that a flat underside does not flicker through it.
+/// The ground's depth below the model's lowest point, as a share of the model's radius, so that it does not z-fight with a flat underside.
 const BELOW: f64 = 1e-3;
 
 /// Radiance of a ground of this albedo, and so of the background, in nits, in a studio of strength 1.

@@ -158,7 +158,7 @@ mod tests {
         for candela in [1e-3, 1.0, 1e6] {
             let own = lit(vec![lamp(candela)], Some("file")).expect("lit");
             let (lux, ev100) = (f64::from(candela) / 4.0, own.settings.exposure.expect("an exposure"));
-            // The camera stands beside it: from a quarter to two thirds of its light is what is seen.
+            // The camera stands beside the lamp, and sees from a quarter to two thirds of its light.
             let seen = 2.5 * f64::from(ev100 + 0.882).exp2() / lux;
             assert!((0.25..0.67).contains(&seen), "{candela}: {seen}");
             assert!(own.sky.is_none() && own.lights.len() == 1 && !own.fitted.light);

@@ -39,7 +39,7 @@ pub(super) fn add_studio_beside_lights(scene: &mut Scene) {
     }
 }
 
-/// The room, the lamp and the ground, so many times as strong.
+/// Adds the room, the lamp and the ground, at this strength.
 fn put_up(scene: &mut Scene, nits: f32, albedo: f32) {
     // A light from far away would show the ground's edge.
     let is_even = scene.lights.iter().all(|light| !matches!(light.kind, LightKind::Directional { .. }));
@@ -68,7 +68,7 @@ fn put_up(scene: &mut Scene, nits: f32, albedo: f32) {
 /// shows white at 2.5 / 1.2 / pi.
 const GREY_STOPS: f32 = 0.882;
 
-/// Exposes for what is seen of the model, unless somebody has said an exposure.
+/// Exposes for the visible side of the model, unless an exposure was given.
 pub fn meter(scene: &mut Scene) {
     if scene.settings.exposure.is_none() || scene.fitted.exposure {
         scene.settings.exposure = Some(seen_ev100(scene) - GREY_STOPS);

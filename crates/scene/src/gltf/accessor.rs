@@ -58,7 +58,7 @@ struct Checked<'a> {
     component: Component,
     /// Numbers of an element.
     width: usize,
-    /// Its elements; `None` for zeros.
+    /// The accessor's elements; `None` for zeros.
     elements: Option<Elements<'a>>,
     /// Elements that are there.
     count: usize,
@@ -73,7 +73,7 @@ struct Elements<'a> {
 }
 
 impl<'a> Elements<'a> {
-    /// Takes `count` elements of a view. If the view has fewer, returns those with a warning.
+    /// Takes `count` elements of a view. If the view has fewer, returns the elements that it has, with a warning.
     fn of(view: StridedBytes<'a>, offset: usize, count: usize, size: usize) -> Result<(Self, Option<String>), String> {
         let stride = view.stride.unwrap_or(size);
         if stride < size && count > 1 {

@@ -21,19 +21,19 @@ use crate::{
 #[derive(Default)]
 pub(super) struct Assembly {
     pub imported: Imported,
-    /// By node of the file, the node of the motion.
+    /// Nodes of the motion, by node of the file.
     moving: BTreeMap<usize, usize>,
-    /// By node, one that has its shapes' weights and stands in the world: where a skin says where the mesh is.
+    /// Nodes of the motion with the weights of a skinned mesh's shapes, by node of the file. They have no transform: the skin places the mesh.
     weights: BTreeMap<usize, usize>,
-    /// By node of the file that moves and has instances, their nodes in its own.
+    /// Nodes of the instances of a moving node, by node of the file.
     copies: BTreeMap<usize, Vec<usize>>,
-    /// By skin of the file.
+    /// Skins of the motion, by skin of the file.
     skins: BTreeMap<usize, usize>,
-    /// By material of the file, its own and that of its coat.
+    /// Materials of the scene, each with its coat, by material of the file.
     materials: BTreeMap<Option<usize>, (usize, Option<usize>)>,
-    /// By material of the scene, the one that draws points and lines without normals.
+    /// Materials that draw points and lines without normals, by material of the scene.
     unlit: BTreeMap<usize, usize>,
-    /// By light and by camera of the file, those of the scene.
+    /// Lights and cameras of the scene, by light and by camera of the file.
     lights: BTreeMap<usize, Vec<usize>>,
     cameras: BTreeMap<usize, Vec<usize>>,
 }
@@ -60,7 +60,7 @@ impl Assembly {
         }
     }
 
-    /// Lists the nodes of the motion: those that clips move with something below, joints, and the ancestors of both.
+    /// Lists the nodes of the motion: nodes that clips move and that place something, joints, and the ancestors of both.
     pub fn nodes(&mut self, sources: &Sources, drawables: &Drawables) {
         let (nodes, movement) = (sources.nodes, sources.movement);
         let mut is_needed = vec![false; nodes.world.len()];
@@ -339,7 +339,7 @@ fn parts(transform: &DAffine3) -> Placement {
     }
 }
 
-/// The same of a map that takes some axis to nothing: where the others go says its rotation, and where none is left, any will do.
+/// The parts of a map that flattens some axis: the other axes give the rotation, and if none is left, any rotation will do.
 fn flat_parts(matrix: &DMat3, translation: DVec3) -> Placement {
     let columns = [matrix.x_axis, matrix.y_axis, matrix.z_axis];
     let mut axes = columns.map(DVec3::normalize_or_zero);

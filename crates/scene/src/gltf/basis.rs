@@ -15,7 +15,7 @@ pub(super) fn decode(bytes: &[u8], header: &KtxHeader) -> Result<Texels, String>
     texels.unwrap_or_else(|_| Err("cannot be transcoded: the transcoder failed".into()))
 }
 
-/// The same by the transcoder's own checks and those here.
+/// As [`decode`], by the transcoder's own checks and the checks here, without a guard against panics.
 pub(super) fn transcode(bytes: &[u8], header: &KtxHeader) -> Result<Texels, String> {
     let format = BlockFormat::Bc7;
     let failed = |error| format!("cannot be transcoded: {error:?}");

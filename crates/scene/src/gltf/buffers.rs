@@ -26,7 +26,7 @@ pub(super) struct Buffers<'a> {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct StridedBytes<'a> {
     pub bytes: &'a [u8],
-    /// From one element to the next, where the view says so.
+    /// Bytes from one element to the next, if the view gives them.
     pub stride: Option<usize>,
 }
 

@@ -122,7 +122,7 @@ fn chunks(bytes: &[u8]) -> Result<Chunks, String> {
         match kind {
             JSON if json.is_none() => json = Some(range),
             BIN if binary.is_none() => binary = Some(range),
-            // Of other kinds there may be any number.
+            // A file may have any number of chunks of other kinds.
             _ => {}
         }
         // Some writers let the next chunk begin at once, where its length is no multiple of 4.

@@ -16,7 +16,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Mesh, String> {
     mesh.map_err(|why| format!("its Draco data cannot be decompressed: {why}"))
 }
 
-/// The same by the decoder's own checks alone.
+/// Decodes by the decoder's own checks alone, without a guard against panics.
 pub(super) fn decode_checked(bytes: &[u8]) -> Result<Mesh, String> {
     let limits = DecodeLimits::default();
     let limits = limits.with_max_points(MOST_POINTS).with_max_faces(MOST_POINTS).with_max_decoded_bytes(MOST_BYTES);

@@ -37,7 +37,7 @@ pub(super) struct Drawable {
     pub node: usize,
     /// Index in [`Drawables::orders`].
     pub order: usize,
-    /// Of the file.
+    /// Material of the file.
     pub material: Option<usize>,
     /// The skin of the file that moves it.
     pub skin: Option<usize>,
@@ -45,7 +45,7 @@ pub(super) struct Drawable {
     pub posed: Option<usize>,
     /// True if clips move the weights of its shapes.
     pub blends: bool,
-    /// Its list of copies' places in the node; a single one, the node's own, where it has none.
+    /// Index in [`Drawables::instances`]: 0, a single instance at the node itself, if the node lists none.
     pub instances: usize,
     /// Points and lines without normals, which are unlit.
     pub unlit: bool,
@@ -66,9 +66,9 @@ pub(super) struct MeshOrder {
 pub(super) struct Drawables {
     pub list: Vec<Drawable>,
     pub orders: Vec<MeshOrder>,
-    /// By material of the file, those that are used.
+    /// Used materials, by material of the file.
     pub dresses: BTreeMap<Option<usize>, DrawnMaterial>,
-    /// By skin of the file, those that are used.
+    /// Used skins, by skin of the file.
     pub skins: BTreeMap<usize, Joints>,
     /// Sets of instances, which drawables name by their index; the first is one in the node itself.
     pub instances: Vec<Vec<DAffine3>>,
@@ -88,7 +88,7 @@ fn primitive_key(primitive: &Primitive) -> PrimitiveKey<'_> {
     (attributes, *indices, *mode, targets, extensions.draco.as_ref())
 }
 
-/// Collects what the chosen scene draws. `variant` names a look of the file's materials.
+/// Collects everything that the chosen scene draws. `variant` names a look of the file's materials.
 pub(super) fn collect(sources: &Sources, variant: Option<&str>) -> Result<Drawables, String> {
     let document = sources.document;
     let variant = variant.map(|name| variant_called(document, name)).transpose()?;
@@ -169,7 +169,7 @@ impl Drawables {
         Some(index)
     }
 
-    /// Returns what objects need of a primitive's mesh at a node, and the skin that it hangs on.
+    /// Returns the needs of objects at a node for a primitive's mesh, and the skin that moves the mesh.
     fn needs(
         &mut self,
         sources: &Sources,
@@ -267,7 +267,7 @@ fn is_strokes(primitive: &Primitive) -> bool {
     primitive.mode.is_some_and(|mode| mode.0 < 4) && primitive.extensions.draco.is_none()
 }
 
-/// Returns what becomes of the morph targets of a primitive at a node.
+/// Returns whether the morph targets of a primitive at a node are dropped, applied, or kept.
 fn shapes(sources: &Sources, node: usize, primitive: &Primitive) -> Shapes {
     if primitive.targets.is_empty() {
         return Shapes::None;

@@ -2,7 +2,7 @@
 
 use super::json::Document;
 
-/// Those that are read and drawn; docs/SCENES.md says how.
+/// Extensions that are read and drawn; docs/SCENES.md says how.
 pub(super) const DRAWN: &[&str] = &[
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
@@ -31,7 +31,7 @@ pub(super) const DRAWN: &[&str] = &[
     "KHR_texture_transform",
 ];
 
-/// Those that change no picture.
+/// Extensions that change no picture.
 const UNSEEN: &[&str] =
     &["KHR_xmp", "KHR_xmp_json_ld", "FB_ngon_encoding", "EXT_structural_metadata", "EXT_mesh_features"];
 

@@ -203,7 +203,7 @@ pub(super) struct MetallicRoughness {
     pub metallic_roughness_texture: Option<TextureInfo>,
 }
 
-/// A texture in a slot. `scale` is that of normal maps, `strength` that of occlusion.
+/// A texture in a slot. `scale` is for normal maps, `strength` for occlusion.
 #[derive(Debug, Clone, Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
 pub(super) struct TextureInfo {

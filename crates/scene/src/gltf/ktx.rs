@@ -7,12 +7,12 @@ use crate::{BlockFormat, Texels, level_size, most_levels};
 
 const IDENTIFIER: &[u8] = b"\xabKTX 20\xbb\r\n\x1a\n";
 
-/// Returns true if bytes begin as a KTX 2.0 file does.
+/// Returns true if bytes begin with the identifier of a KTX 2.0 file.
 pub(super) fn is_ktx(bytes: &[u8]) -> bool {
     bytes.starts_with(IDENTIFIER)
 }
 
-/// The image of a file, with all its levels.
+/// Reads an image with all its levels.
 pub(super) fn read(bytes: &[u8]) -> Result<SourceImage, String> {
     let header = KtxHeader::of(bytes)?;
     let texels = match header.format {
@@ -31,17 +31,17 @@ pub(super) struct KtxLevel {
 
 /// The beginning of a file (KTX 2.0, "File Structure").
 pub(super) struct KtxHeader {
-    /// By the numbers of `VkFormat`; 0 for Basis Universal.
+    /// The file's `vkFormat`; 0 for Basis Universal.
     format: u32,
     pub size: [u32; 2],
     /// The supercompression scheme of levels.
     packing: u32,
-    /// The largest first.
+    /// The levels, the largest first.
     pub levels: Vec<KtxLevel>,
 }
 
 impl KtxHeader {
-    /// Of one flat image whose ranges lie in the file.
+    /// Reads the header of a file with one flat image. Checks that all its byte ranges lie in the file.
     pub fn of(bytes: &[u8]) -> Result<Self, String> {
         let word = |at: usize| {
             let word = bytes.get(at..at + 4).and_then(|word| word.try_into().ok());
@@ -57,7 +57,7 @@ impl KtxHeader {
         if depth > 1 || layers > 1 || faces != 1 {
             return Err("is not one flat image".into());
         }
-        // None asks for levels to be made, of the one that is there.
+        // A count of 0 asks the reader to generate levels from the one that is stored.
         let (count, most) = (word(40)?.max(1), most_levels(size));
         if count > most {
             return Err(format!("says that it has {count} levels, but {width}x{height} texels have {most} at most"));
@@ -67,12 +67,13 @@ impl KtxHeader {
             Ok::<_, String>(KtxLevel { offset: long(at)?, length: long(at + 8)?, unpacked: long(at + 16)? })
         };
         let levels = (0..count as usize).map(level).collect::<Result<Vec<_>, _>>()?;
-        // The transcoder of Basis Universal runs past the end of others.
+        // With other alignments the Basis Universal transcoder reads past the end.
         let (keys, length_of_keys) = (word(56)?, word(60)?);
         if keys % 4 != 0 || length_of_keys % 4 != 0 {
             return Err(format!("has {length_of_keys} bytes of keys at {keys}, but both must be multiples of 4"));
         }
-        // Those of its descriptions count as well: the transcoder of Basis Universal adds them up without a look.
+        // The ranges of the format description, the key/value data and the supercompression data are checked as well: the Basis Universal transcoder
+        // adds their offsets and lengths without a check.
         let described = [48, 56].map(|at| Ok::<_, String>((u64::from(word(at)?), u64::from(word(at + 4)?))));
         let described = described.into_iter().chain([Ok((long(64)?, long(72)?))]).collect::<Result<Vec<_>, _>>()?;
         let ranges = described.into_iter().chain(levels.iter().map(|level| (level.offset, level.length)));

@@ -1,5 +1,5 @@
-//! KHR_lights_punctual, whose units are those of [`Light`]. Shadows and sizes, of which it says nothing, are read where this program has written them:
-//! from `extras.afterlight`.
+//! KHR_lights_punctual, in the same units as [`Light`]. The extension has neither shadow flags nor light sizes: this program writes and reads them in
+//! `extras.afterlight`.
 
 use glam::{DVec3, Vec3};
 
@@ -7,14 +7,14 @@ use super::json::named;
 use super::json_extensions::Light as JsonLight;
 use crate::{Falloff, Light, LightKind};
 
-/// A light that shines along -Z from zero, as its node has it.
+/// Reads a light that shines along -Z from the origin of its node.
 ///
 /// # Errors
 /// A value that a light cannot have.
 pub(super) fn light(index: usize, json: &JsonLight) -> Result<Light, String> {
     let within = |what: String| format!("{}: {what}", named("light", index, json.name.as_ref()));
     let (position, direction, falloff) = (DVec3::ZERO, DVec3::NEG_Z, Falloff::InverseSquare);
-    // 0 and below would be no light at all, and means no limit in files that have it.
+    // A range of 0 or below would be no light at all; files that have it mean no limit.
     let range = json.range.filter(|range| *range > 0.0);
     let kind = match json.kind.as_str() {
         "directional" => LightKind::Directional { direction },
@@ -42,7 +42,8 @@ pub(super) fn light(index: usize, json: &JsonLight) -> Result<Light, String> {
         kind,
         color: json.color.map_or(Vec3::ONE, |color| Vec3::from(color.map(|channel| channel as f32))),
         intensity: json.intensity.unwrap_or(1.0) as f32,
-        // As lights of scene files do where they do not say, and spots, of which a file has few: six maps of a point light are many.
+        // The defaults of scene files: directional lights and spots, of which a file has few, cast shadows. Point lights do not, since each takes six
+        // maps.
         casts_shadow: own["casts_shadow"].as_bool().unwrap_or(!matches!(kind, LightKind::Point { .. })),
         size: own["size"].as_f64().unwrap_or(0.0),
     };

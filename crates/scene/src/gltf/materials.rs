@@ -1,4 +1,4 @@
-//! Materials of metallic-roughness and of the extensions that are drawn.
+//! Reads metallic-roughness materials, with the extensions that are drawn.
 
 use std::collections::BTreeSet;
 
@@ -10,14 +10,14 @@ use super::movement::Movement;
 use super::textures::{ImageWithFallback, Recipe, TextureRequest, picture};
 use crate::{AlphaMode, ColorSpace, Material, MaterialValue, Sampler, TextureSlot, UvMap, Wrap};
 
-/// The largest number of a texture's transform.
+/// The largest number in a texture's transform.
 const MOST_MOVED: f64 = 1e15;
 
-/// A material of the file, or the one that primitives without any have, as it is drawn.
+/// A material of the file, or the default one of primitives without a material, as it is drawn.
 #[derive(Debug, Default)]
 pub(super) struct DrawnMaterial {
     pub base: Pending,
-    /// The lacquer that lies on it.
+    /// The clear coat on it.
     pub coat: Option<Pending>,
     /// The sets of texture coordinates that become a mesh's first and second.
     pub uv_sets: [Option<usize>; 2],
@@ -25,7 +25,7 @@ pub(super) struct DrawnMaterial {
     pub repeats: [bool; 2],
     /// True if a normal map or an anisotropy needs tangents.
     pub tangents: bool,
-    /// True if an anisotropy does.
+    /// True if the material is anisotropic.
     pub anisotropic: bool,
 }
 
@@ -67,7 +67,7 @@ pub(super) fn read(
     dress
 }
 
-/// A texture in use: its set of coordinates and how it lies on them.
+/// A texture in use: its set of coordinates and its placement on them.
 struct Used {
     set: usize,
     map: UvMap,
@@ -87,7 +87,7 @@ pub(super) struct MaterialBuilder<'a> {
 }
 
 impl MaterialBuilder<'_> {
-    /// A number within its range, as the nearest f32.
+    /// Clamps a number to its range, as the nearest f32.
     pub(super) fn number(&mut self, what: &str, value: f64, least: f64, most: f64) -> f32 {
         if !(least..=most).contains(&value) {
             self.warnings.push(format!("its {what} is {value}, not from {least} to {most}, taken for the nearest"));
@@ -180,7 +180,7 @@ impl MaterialBuilder<'_> {
             return (self.color("specularFactor", own.specular_factor.unwrap_or([1.0; 3])), 1.0);
         }
         let ior = extensions.ior.as_ref().and_then(|own| own.ior).unwrap_or(1.5);
-        // 0 stands for infinity, for materials that come of specular-glossiness.
+        // An index of 0 means infinity, for materials converted from specular-glossiness.
         let straight = if ior == 0.0 { 1.0 } else { ((ior - 1.0) / (ior + 1.0)).powi(2) };
         let is_index = (1.0..=f64::MAX).contains(&ior) || ior == 0.0;
         if !is_index {
@@ -194,7 +194,7 @@ impl MaterialBuilder<'_> {
         if color.iter().any(|channel| *channel < 0.0) {
             self.warnings.push("its specularColorFactor is negative, taken for 0".into());
         }
-        // Exactly the default's where nothing is said.
+        // The result equals the default exactly if neither extension is given.
         let reflectance = color.map(|channel| (straight * channel.max(0.0)).min(1.0) as f32 * strength);
         (Vec3::from(reflectance), strength)
     }
@@ -210,7 +210,7 @@ impl MaterialBuilder<'_> {
         self.share("glossinessFactor", own.glossiness_factor.unwrap_or(1.0))
     }
 
-    /// Asks for a texture in a slot, of the picture that a texture info names.
+    /// Requests a texture for a slot, from the picture that a texture info names.
     pub(super) fn ask(
         &mut self,
         pending: &mut Pending,
@@ -257,7 +257,7 @@ impl MaterialBuilder<'_> {
         }
         if let Some(info) = &json.occlusion_texture {
             let strength = f64::from(self.share("occlusion strength", info.strength.unwrap_or(1.0)));
-            // Without strength it says nothing.
+            // An occlusion strength of 0 has no effect.
             if strength > 0.0 {
                 self.ask(pending, TextureSlot::Occlusion, info, |own| match strength {
                     1.0 => Recipe::Plain(own, ColorSpace::Linear),
@@ -282,7 +282,7 @@ impl MaterialBuilder<'_> {
         let before = pending.requests.len();
         self.ask(pending, TextureSlot::MetallicRoughness, info, |own| Recipe::Gloss(own, factor));
         if pending.requests.len() > before {
-            // The texture has the factor.
+            // The texture already includes the factor.
             pending.material.roughness = 1.0;
         }
     }
@@ -309,7 +309,7 @@ impl MaterialBuilder<'_> {
         self.ask(pending, TextureSlot::BaseColor, info, |transmission| Recipe::Glass { color, transmission, factor });
     }
 
-    /// Colour and strength of what a dielectric reflects, as one texture.
+    /// The colour and the strength of a dielectric's specular reflection, as one texture.
     fn specular(&mut self, pending: &mut Pending) {
         let Some(own) = &self.json.extensions.specular else { return };
         let textures = (own.specular_color_texture.as_ref(), own.specular_texture.as_ref());
@@ -321,7 +321,7 @@ impl MaterialBuilder<'_> {
         );
     }
 
-    /// KHR_materials_clearcoat as a material of its own, for a second object in the same place.
+    /// Reads KHR_materials_clearcoat as a separate material, for a second object in the same place.
     fn coat(&mut self, json: &Clearcoat, base: &Material) -> Pending {
         let normal_scale = json.clearcoat_normal_texture.as_ref().and_then(|own| own.scale).unwrap_or(1.0);
         let material = Material {
@@ -348,8 +348,8 @@ impl MaterialBuilder<'_> {
         pending
     }
 
-    /// Decides which sets of the file become a mesh's two. The normal map's comes first, since tangents run along it. If there are more than two,
-    /// the sets of colour and emission come next.
+    /// Decides which sets of texture coordinates of the file become a mesh's two. The normal map's set comes first, since tangents follow it. If
+    /// there are more than two, the sets of colour and emission come next.
     fn map_sets(&mut self, dress: &mut DrawnMaterial) {
         let mut sets: Vec<usize> =
             self.used.iter().filter(|used| along_tangents(used.slot)).map(|used| used.set).take(1).collect();
@@ -392,7 +392,7 @@ impl MaterialBuilder<'_> {
     }
 }
 
-/// Returns true if the texture of a slot speaks in terms of tangents.
+/// Returns true if a slot's texture is defined in tangent space.
 fn along_tangents(slot: TextureSlot) -> bool {
     matches!(slot, TextureSlot::Normal | TextureSlot::Anisotropy)
 }
@@ -405,12 +405,12 @@ impl Used {
     }
 }
 
-/// The share of light that glass holds back. A texture of transmission has the factor in its texels.
+/// The share of light that glass does not transmit. A transmission texture contains the factor in its texels.
 pub(super) fn held_back(glass: &Transmission) -> f64 {
     if glass.transmission_texture.is_some() { 1.0 } else { 1.0 - glass.transmission_factor.clamp(0.0, 1.0) }
 }
 
-/// Returns true if two textures lie alike on a mesh, so that their texels can be merged.
+/// Returns true if two textures have the same placement on a mesh, so that their texels can be merged.
 pub(super) fn lie_alike(a: &TextureInfo, b: &TextureInfo) -> bool {
     let of = |info: &TextureInfo| {
         let own = info.extensions.transform.clone().unwrap_or_default();

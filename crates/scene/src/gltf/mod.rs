@@ -1,4 +1,4 @@
-//! glTF 2.0: `.gltf` and `.glb`, as the specification has them and as files are. This module needs the feature `readers`.
+//! glTF 2.0: `.gltf` and `.glb`, as the specification defines them and as real files deviate from it. This module needs the feature `readers`.
 //!
 //! serde reads the JSON into plain structs of [`json`](self); everything that they say is checked before it is used: numbers of things that do not
 //! exist, counts and offsets beyond their buffers, cycles, values that are not finite. Whatever can be drawn is drawn; each part that is left out for a
@@ -8,10 +8,10 @@
 //! |---|---|
 //! | bytes and JSON of a file | `container`, `odd_json`, `json`, `json_extensions`, `extensions` |
 //! | buffers, views, accessors | `uri`, `buffers`, `meshopt`, `accessor` |
-//! | the hierarchy, and which of it moves | `nodes`, `animation`, `pointer`, `material_keys`, `movement` |
+//! | the hierarchy, and its moving parts | `nodes`, `animation`, `pointer`, `material_keys`, `movement` |
 //! | which meshes to make, and making them | `drawables`, `instances`, `source`, `draco`, `topology`, `primitive`, `influences`, `shapes` |
 //! | materials and textures | `materials`, `textures`, `ktx`, `basis` |
-//! | the scene of it | `assembly`, `lights`, `cameras`, `surroundings` |
+//! | the scene | `assembly`, `lights`, `cameras`, `surroundings` |
 //! | writing a scene | `write` |
 //!
 //! A primitive is read once however many nodes show it. Parts that no clip moves are placed, blended and hung on their joints while they are read,
@@ -75,21 +75,21 @@ use afterlight_files::regular_file::read_regular;
 /// The parts of a glTF file to read.
 #[derive(Default, Clone, Copy)]
 pub struct GltfOptions<'a> {
-    /// The scene, by its name or its number, in place of the one that the file opens with.
+    /// The scene, by its name or its number; `None` for the file's default scene.
     pub scene: Option<&'a str>,
-    /// The look of its materials, by its name (KHR_materials_variants).
+    /// The material variant, by its name (KHR_materials_variants).
     pub variant: Option<&'a str>,
     /// True if buffers and images outside the file's folder are read.
     pub allow_outside: bool,
-    /// As of every model.
+    /// The options of every model.
     pub load: LoadOptions<'a>,
 }
 
 /// Loads a glTF file, its buffers and its images.
 ///
 /// # Errors
-/// [`Error::Read`] when the file cannot be read; [`Error::Content`] for what the module's documentation calls an error, for an extension that the
-/// file requires and that is not supported, for a scene or a variant that it does not have, and for a file without a triangle to draw.
+/// [`Error::Read`] when the file cannot be read; [`Error::Content`] for a fault that the module's documentation calls an error, for an unsupported
+/// extension that the file requires, for a scene or a variant that does not exist, and for a file without a triangle to draw.
 pub fn load(path: &Path, options: &GltfOptions) -> Result<Imported, Error> {
     // A binary file's header stores its length in 32 bits.
     let bytes = read_regular(path, u64::from(u32::MAX));
@@ -183,7 +183,7 @@ impl Reader<'_> {
         )
     }
 
-    /// One line for all accessors that do not begin where they should.
+    /// A warning about all misaligned accessors.
     fn misaligned(&self, accessors: &Accessors) -> Option<String> {
         let odd = |&index: &usize| !accessors.is_aligned(json::Whole(index));
         let mut odd = (0..self.document.accessors.len()).filter(odd);
@@ -195,7 +195,7 @@ impl Reader<'_> {
     }
 }
 
-/// The textures that are asked for, each once.
+/// The requested textures, each once.
 fn requests(drawables: &Drawables) -> Vec<TextureRequest> {
     let pending = drawables.dresses.values().flat_map(|dress| std::iter::once(&dress.base).chain(&dress.coat));
     let mut seen = std::collections::HashSet::new();
@@ -203,7 +203,7 @@ fn requests(drawables: &Drawables) -> Vec<TextureRequest> {
     all.filter(|request| seen.insert(*request)).collect()
 }
 
-/// Adds the textures that could be made, and says which is which.
+/// Adds the textures that could be made. Returns their indices by request.
 fn take_textures(
     imported: &mut Imported,
     requests: &[TextureRequest],

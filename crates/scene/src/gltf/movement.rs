@@ -1,4 +1,4 @@
-//! The moving parts of a scene: the nodes that clips move and what hangs on them. A part that nothing moves keeps no trace of its node.
+//! The moving parts of a scene: the nodes that clips move, and everything attached to them. A part that nothing moves keeps no trace of its node.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -20,13 +20,13 @@ pub(super) struct Joints {
 }
 
 impl Joints {
-    /// From mesh space to [`Joints::frame`] by joint, when nothing moves.
+    /// The transform of each joint at rest, from mesh space to [`Joints::frame`].
     pub fn pose(&self, nodes: &Nodes) -> Vec<DAffine3> {
         let frame = self.frame(nodes);
         self.in_world(nodes).map(|joint| frame * joint).collect()
     }
 
-    /// Returns the transform to the world of a mesh that is made in this pose.
+    /// Returns the transform to the world for a mesh that is made in this pose.
     pub fn frame(&self, nodes: &Nodes) -> DAffine3 {
         deform_frame(&self.in_world(nodes).take(1).collect::<Vec<_>>())
     }
@@ -38,11 +38,11 @@ impl Joints {
 
 /// The nodes and values that clips move.
 pub(super) struct Movement {
-    /// By node: true if its place in the world moves.
+    /// True for each node whose place in the world moves.
     pub places: Vec<bool>,
-    /// By node: true if its shapes' weights move.
+    /// True for each node whose shape weights move.
     pub weights: Vec<bool>,
-    /// Of materials of the file.
+    /// The moving values of each material, by its index in the file.
     pub materials: BTreeMap<usize, BTreeSet<MaterialValue>>,
 }
 
@@ -71,7 +71,7 @@ impl Movement {
 /// Reads a skin.
 ///
 /// # Errors
-/// Why no mesh can hang on it.
+/// The reason why no mesh can use the skin.
 pub(super) fn skin(
     document: &Document,
     accessors: &Accessors,

@@ -1,4 +1,4 @@
-//! The hierarchy of nodes: which there are, where they stand, and which of them a scene shows. Walks are loops, so that no depth is too deep.
+//! The hierarchy of nodes: their transforms, and the nodes that a scene shows. Walks are loops, so that no depth is too deep.
 
 use std::collections::BTreeSet;
 
@@ -11,21 +11,21 @@ use crate::{Local, Placement, unknown};
 /// All nodes of a file.
 pub(super) struct Nodes {
     pub parent: Vec<Option<usize>>,
-    /// The transform of each in its parent.
+    /// The transform of each node in its parent.
     pub local: Vec<Local>,
-    /// From each node's space to the world, when nothing moves it.
+    /// The transform of each node to the world at rest.
     pub world: Vec<DAffine3>,
-    /// All of them, parents before their children.
+    /// All nodes, parents before their children.
     pub order: Vec<usize>,
-    /// Those that the chosen scene shows, in `order`.
+    /// The nodes that the chosen scene shows, in the sequence of `order`.
     pub shown: Vec<usize>,
-    /// The chosen scene, of a file that has one.
+    /// The chosen scene, if the file has one.
     pub scene: Option<usize>,
 }
 
 impl Nodes {
-    /// Mends the hierarchy and places it: links to nodes that do not exist, to a second parent and back to an ancestor are left out, and so are nodes
-    /// that stand nowhere, with all below them.
+    /// Repairs the hierarchy and places its nodes. Links to nodes that do not exist, to a second parent and back to an ancestor are left out. Nodes
+    /// whose transform in the world is not finite are left out with all their descendants.
     ///
     /// # Errors
     /// A scene that was asked for and does not exist.
@@ -54,7 +54,7 @@ impl Nodes {
         };
         let mut is_shown = vec![false; nodes.len()];
         let mut shown = below(&children, &chosen, is_visible);
-        // A scene may name a node and one above it.
+        // A scene may name both a node and its ancestor.
         shown.retain(|&node| !std::mem::replace(&mut is_shown[node], true));
         for &node in chosen.iter().filter(|&&node| parent[node].is_some()) {
             let (name, above) = (self::name(nodes, node), parent[node].map(|above| self::name(nodes, above)));
@@ -81,7 +81,7 @@ impl Links {
         links.order = below(&links.children, &roots, |_| true);
         let mut is_reached = vec![false; nodes.len()];
         links.order.iter().for_each(|&node| is_reached[node] = true);
-        // Nodes that no root leads to are below a circle, or in it.
+        // Nodes that no root leads to are in a cycle, or below one.
         for lost in 0..nodes.len() {
             if is_reached[lost] {
                 continue;
@@ -109,7 +109,7 @@ pub(super) fn name(nodes: &[Node], index: usize) -> String {
     named("node", index, nodes.get(index).and_then(|node| node.name.as_ref()))
 }
 
-/// Returns the name of an object of a node.
+/// Returns the name of a node's object.
 pub(super) fn object_name(document: &Document, index: usize) -> String {
     let node = &document.nodes[index];
     let of_mesh = || node.mesh.and_then(|mesh| document.meshes.get(mesh.0)?.name.clone());
@@ -142,7 +142,8 @@ fn parents(nodes: &[Node], warnings: &mut Vec<String>) -> (Vec<Option<usize>>, V
     (parent, children)
 }
 
-/// Nodes and all below them, parents first; those that `enters` says no to are left out with all below. Each has one parent at most.
+/// Returns nodes and their descendants, parents first. A node that `enters` rejects is left out with its descendants. Each node has one parent at
+/// most.
 fn below(children: &[Vec<usize>], roots: &[usize], enters: impl Fn(usize) -> bool) -> Vec<usize> {
     let mut found = Vec::new();
     let mut open: Vec<usize> = roots.iter().rev().copied().collect();
@@ -155,8 +156,8 @@ fn below(children: &[Vec<usize>], roots: &[usize], enters: impl Fn(usize) -> boo
     found
 }
 
-/// The roots of the scene that is asked for by its number or name, else of the one that the file opens with, else of the first. A file without
-/// scenes, and one whose scene names no node, shows all its nodes.
+/// The roots of the scene that is requested by number or name, else of the file's default scene, else of the first. A file without scenes, or whose
+/// scene names no node, shows all its nodes.
 fn roots_of_scene(
     document: &Document,
     asked: Option<&str>,
@@ -212,7 +213,7 @@ fn scene_called(document: &Document, asked: &str) -> Result<usize, String> {
     })
 }
 
-/// Reads a node's transform in its parent. A part that cannot be is as if it were not there.
+/// Reads a node's transform in its parent. Invalid parts are ignored.
 fn local(index: usize, node: &Node, warnings: &mut Vec<String>) -> Local {
     let name = || named("node", index, node.name.as_ref());
     let mut infinite = |what: &str| warnings.push(format!("{}: its {what} is not finite, taken for none", name()));

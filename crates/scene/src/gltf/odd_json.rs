@@ -1,27 +1,27 @@
-//! JSON that is not as the schema has it. A property of `null` is an absent one, without a word, wherever it stands. A property of another type than the
-//! specification gives it is read by its meaning where that is clear ("0.5" for 0.5), and left out where it is not, alone and by name: everything
-//! else of the file is read. The rule is applied by [`document`] once to the whole text, so no reader repeats it.
+//! JSON that deviates from the schema. A property that is `null` counts as absent, without a warning, wherever it is. A property of the wrong type is
+//! read by its meaning if that is clear ("0.5" for 0.5). Otherwise it alone is left out, with a warning that names it, and the rest of the file is
+//! read. [`document`] applies the rule once to the whole text, so no reader repeats it.
 //!
-//! Every property of [`json`](super::json) is optional, so an object is fit exactly when each of its properties is fit by itself: that is how the odd
-//! ones are found, at any depth, without a list of what there is.
+//! Every property of [`json`](super::json) is optional, so an object is valid exactly when each of its properties is valid by itself. Deviations are
+//! found that way, at any depth, without a list of all properties.
 
 use serde::Deserialize;
 use serde_json::{Map, Value};
 
 use super::json::Document;
 
-/// The lists of numbers and names of which one entry can be left out by itself. Entries of all other lists are named by their index.
+/// Lists of numbers and names from which one entry can be left out by itself. Entries of all other lists are referred to by their index.
 const LISTS: &[&str] = &["children", "nodes", "variants", "extensionsUsed", "extensionsRequired"];
 
-/// A document, and lines about what was odd in it.
+/// A document, and warnings about its oddities.
 pub(super) type Mended = (Document, Vec<String>);
 
 /// Reads the text of a file.
 ///
 /// # Errors
-/// The first fault of a text that is no JSON, or none of an object.
+/// The first fault of a text that is not JSON, or whose JSON is not an object.
 pub(super) fn document(text: &[u8]) -> Result<Mended, serde_json::Error> {
-    // Nearly all files are as they should be: they are read without a detour.
+    // Nearly all files are valid, and are read directly.
     let fault = match serde_json::from_slice(text) {
         Ok(document) => return Ok((document, Vec::new())),
         Err(fault) => fault,
@@ -37,7 +37,7 @@ pub(super) fn document(text: &[u8]) -> Result<Mended, serde_json::Error> {
     Ok((document, warnings))
 }
 
-/// The first value of a text, whose spelling is mended where JSON refuses it.
+/// The first value of a text. If JSON refuses the text, its spelling is repaired.
 fn value(text: &[u8], warnings: &mut Vec<String>) -> Option<Value> {
     let mut first = |text: &[u8]| {
         let mut values = serde_json::Deserializer::from_slice(text).into_iter::<Value>();
@@ -57,8 +57,8 @@ fn value(text: &[u8], warnings: &mut Vec<String>) -> Option<Value> {
     Some(value)
 }
 
-/// Turns what some writers write into JSON. `NaN` and infinities (Python) become null. Commas before a closing bracket are dropped. Line breaks and
-/// other control characters in names, bytes that are no UTF-8 (names of old systems) and halves of surrogate pairs are replaced.
+/// Repairs deviations that some writers produce. `NaN` and infinities (Python) become null. Commas before a closing bracket are dropped. Line breaks
+/// and other control characters in names, bytes that are not UTF-8 (names of old systems) and halves of surrogate pairs are replaced.
 fn respelled(bytes: &[u8]) -> (String, Vec<&'static str>) {
     let mut changes = Vec::new();
     let text = String::from_utf8_lossy(bytes);
@@ -90,7 +90,7 @@ fn respelled(bytes: &[u8]) -> (String, Vec<&'static str>) {
     (out, changes)
 }
 
-/// Takes a string over; returns its length in bytes, its quotes included.
+/// Copies a string; returns its length in bytes, its quotes included.
 fn string(text: &str, out: &mut String, note: &mut impl FnMut(&'static str)) -> usize {
     out.push('"');
     let mut rest = &text[1..];
@@ -139,7 +139,7 @@ fn string(text: &str, out: &mut String, note: &mut impl FnMut(&'static str)) -> 
     text.len()
 }
 
-/// Takes a number or a word over; returns its length in bytes.
+/// Copies a number or a word; returns its length in bytes.
 fn word(text: &str, out: &mut String, note: &mut impl FnMut(&'static str)) -> usize {
     let is_of_word = |next: char| next.is_ascii_alphanumeric() || "+-._#".contains(next);
     let length = text.find(|next| !is_of_word(next)).unwrap_or(text.len());
@@ -172,12 +172,12 @@ fn drop_nulls(value: &mut Value) {
 /// The place of a value in the file.
 struct ValuePath<'a> {
     path: String,
-    /// The property that it is, or that is the list it stands in.
+    /// The name of the property, or of the list that the value is an entry of.
     key: &'a str,
 }
 
-/// Makes a value fit, as far as it can be. `fits` puts a value in its place in an otherwise empty document. Returns false where nothing but its absence
-/// would be fit.
+/// Makes a value valid, as far as possible. `fits` puts a value in its place in an otherwise empty document. Returns false if only leaving it out
+/// would be valid.
 fn mend(
     value: &mut Value,
     place: &ValuePath,
@@ -214,7 +214,7 @@ fn mend(
                 }
                 let empty = Value::Object(Map::new());
                 if within(&empty).is_ok() {
-                    // The entries behind it keep their numbers.
+                    // Entries after it keep their indices.
                     kept.push(empty);
                 } else if !LISTS.contains(&place.key) {
                     return false;
@@ -237,7 +237,7 @@ fn mend(
     }
 }
 
-/// Drops properties that are fit alone and not together, as two names of one extension are, last first.
+/// Drops properties that are valid alone but not together, as two names of one extension, last first.
 fn without_rivals(
     value: &mut Value,
     place: &ValuePath,
@@ -253,7 +253,7 @@ fn without_rivals(
     true
 }
 
-/// The other forms in which a value may be meant. A colour with an alpha too many loses it, and one that lacks it gets 1.
+/// Other readings of a value. A colour with a superfluous alpha loses it, and a colour without one gets 1.
 fn reread(value: &Value, key: &str) -> Vec<Value> {
     let number = |text: &str| serde_json::from_str::<serde_json::Number>(text.trim()).ok().map(Value::Number);
     match value {

@@ -6,24 +6,24 @@ use crate::{CameraValue, LightValue, MaterialValue, TextureSlot};
 /// The part of the file that a channel moves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Aim {
-    /// Of a node.
+    /// The translation of a node.
     Translation(usize),
-    /// Of a node.
+    /// The rotation of a node.
     Rotation(usize),
-    /// Of a node.
+    /// The scale of a node.
     Scale(usize),
-    /// Of a node.
+    /// The morph weights of a node.
     Weights(usize),
-    /// Of a light of KHR_lights_punctual.
+    /// A value of a KHR_lights_punctual light.
     Light(usize, LightValue),
-    /// Of a camera of the file.
+    /// A value of one of the file's cameras.
     Camera(usize, CameraValue),
-    /// Of a material of the file.
+    /// A value of one of the file's materials.
     Material(usize, MaterialValue),
 }
 
 impl Aim {
-    /// The type of an accessor of its values.
+    /// The accessor type of its values.
     pub fn kind(self) -> &'static str {
         match self {
             Self::Translation(_) | Self::Scale(_) => "VEC3",
@@ -35,7 +35,7 @@ impl Aim {
         }
     }
 
-    /// Numbers of a value.
+    /// The number of components of a value.
     pub fn width(self, document: &Document) -> usize {
         match (self, self.kind()) {
             (Self::Weights(node), _) => shapes(document, node),

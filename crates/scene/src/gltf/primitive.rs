@@ -1,4 +1,4 @@
-//! A primitive as a mesh, with what its objects need of it and nothing else.
+//! Builds a mesh from a primitive, with the attributes that its objects need and no others.
 
 use glam::{DVec2, DVec3, Vec3};
 
@@ -11,9 +11,10 @@ use crate::mesh::{STROKE_ENDS, STROKE_VERTICES, stroke_indices, triangle_normal}
 use crate::motion::deform;
 use crate::{Aabb, Influences, Mesh, Morph, uvs};
 
-/// A box whose middle is so many times its radius from zero is recentred: f32 would keep fewer digits of offsets that are added to its positions.
+/// A mesh is recentred if its centre is more than this multiple of its radius away from the origin: offsets that are added to its positions would
+/// lose digits in f32.
 const FAR: f64 = 16.0;
-/// Stands in for normals that are not there.
+/// Stands in for missing normals.
 const UP: [f32; 3] = [0.0, 1.0, 0.0];
 
 /// The attributes that objects need of a primitive's mesh.
@@ -23,14 +24,14 @@ pub(super) struct Needs {
     pub uv_sets: [Option<usize>; 2],
     /// True for each set of coordinates from which whole repeats may be taken off.
     pub repeats: [bool; 2],
-    /// True if its material looks at tangents.
+    /// True if its material uses tangents.
     pub tangents: bool,
-    /// True if an anisotropy does.
+    /// True if its material is anisotropic.
     pub anisotropic: bool,
-    /// Joints of the skin that moves it.
+    /// The number of joints of the skin that moves it.
     pub joints: Option<usize>,
     pub shapes: Shapes,
-    /// The skin that it hangs on where nothing moves: the mesh is made as it is then.
+    /// The skin that deforms it, if nothing moves the skin: the mesh is then made in that pose.
     pub posed: Option<usize>,
 }
 
@@ -39,9 +40,9 @@ pub(super) struct Needs {
 pub(super) enum Shapes {
     #[default]
     None,
-    /// A clip moves their weights.
+    /// Kept as shapes, since a clip moves their weights.
     Kept,
-    /// Nothing does: the mesh is made with these weights, as bits of f64.
+    /// Blended into the mesh with these constant weights, as bits of f64.
     Fixed(Vec<u64>),
 }
 
@@ -51,7 +52,7 @@ pub(super) struct PrimitiveInput<'a> {
     pub mesh: &'a JsonMesh,
     pub source: PrimitiveSource<'a>,
     pub needs: &'a Needs,
-    /// From mesh space to the object's by joint, of the skin that it hangs on.
+    /// The transform of each joint from mesh space to the object's space, for the skin in `needs.posed`.
     pub pose: &'a [glam::DAffine3],
 }
 
@@ -63,7 +64,7 @@ pub(super) struct PrimitiveMesh {
 }
 
 impl PrimitiveInput<'_> {
-    /// Makes the mesh. Attributes that cannot be read are left out of it, and triangles and lines whose corners are not there.
+    /// Makes the mesh. Attributes that cannot be read are left out, and so are triangles and lines with invalid corners.
     ///
     /// # Errors
     /// Data of which nothing can be drawn.
@@ -107,13 +108,13 @@ impl PrimitiveInput<'_> {
             Shapes::None | Shapes::Kept => Vec::new(),
         };
         if !weights.is_empty() || self.needs.posed.is_some() {
-            // Joints that move do so after the shapes are blended in.
+            // Moving joints are applied after the shapes are blended in.
             let influences = mesh.influences.take_if(|_| self.needs.posed.is_none());
             *mesh = Mesh { influences, ..deform(mesh, &weights, self.needs.posed.map(|_| self.pose)) };
         } else {
             recentre(mesh);
         }
-        // A triangle that has no area here may get one where the mesh deforms.
+        // A triangle without area may get one when the mesh deforms.
         if mesh.morphs.is_empty() && mesh.influences.is_none() {
             mesh.remove_degenerate_triangles();
         }
@@ -148,7 +149,7 @@ impl PrimitiveInput<'_> {
         }
     }
 
-    /// An attribute with a value for each vertex. One that cannot be read, or has fewer values, is left out.
+    /// Reads an attribute with a value for each vertex. An attribute that cannot be read, or has fewer values, is left out.
     fn optional<const N: usize>(
         &self,
         semantic: &str,
@@ -170,13 +171,13 @@ impl PrimitiveInput<'_> {
             colors.as_flattened_mut().iter_mut().for_each(|channel| *channel = channel.clamp(0.0, 1.0));
         }
         let is_white = colors.iter().all(|color| *color == [1.0; 4]);
-        // Shapes may change them.
+        // Shapes may change the colours.
         if !is_white || self.needs.shapes == Shapes::Kept {
             mesh.colors = colors;
         }
     }
 
-    /// Normals, and the tangents that go with them. Without normals tangents count for nothing (glTF 2.0, "Meshes").
+    /// Reads normals, and the tangents that belong to them. Without normals tangents are ignored (glTF 2.0, "Meshes").
     fn normals(&self, mesh: &mut Mesh, warnings: &mut Vec<String>) {
         let found = self.optional::<3>("NORMAL", &["VEC3"], 0.0, mesh, warnings);
         let Some(mut normals) = found else { return };
@@ -184,7 +185,7 @@ impl PrimitiveInput<'_> {
         let mut is_bad = false;
         for normal in &mut normals {
             let length = Vec3::from(*normal).length_squared();
-            // Most are as they should be, and stay to the last bit.
+            // Nearly all vectors have unit length already, and stay unchanged to the last bit.
             if (length - 1.0).abs() > 1e-6 || length.is_nan() {
                 match unit(normal) {
                     Some(found) => *normal = found.as_vec3().to_array(),
@@ -209,7 +210,7 @@ impl PrimitiveInput<'_> {
         if self.needs.tangents {
             self.tangents(mesh, warnings);
         }
-        // Tangents are made of triangles' texture coordinates.
+        // Tangents are computed from triangles' texture coordinates.
         let makes_tangents = self.needs.uv_sets[0].is_some() && !mesh.is_strokes;
         let has_tangents = !mesh.tangents.is_empty() || makes_tangents;
         if self.needs.anisotropic && !has_tangents {
@@ -230,7 +231,7 @@ impl PrimitiveInput<'_> {
                 warnings.push("tangents have no length or lie along their normals, made by MikkTSpace".into());
                 return;
             };
-            // Most are as they should be, and stay to the last bit.
+            // Nearly all tangents have unit length already, and stay unchanged to the last bit.
             let is_unit = (Vec3::new(x, y, z).length_squared() - 1.0).abs() <= 1e-6;
             let [x, y, z] = if is_unit { [x, y, z] } else { along.as_vec3().to_array() };
             *tangent = [x, y, z, sign.signum()];
@@ -239,7 +240,7 @@ impl PrimitiveInput<'_> {
     }
 }
 
-/// Values whose numbers are not all finite become `instead`.
+/// Replaces values that are not finite by `instead`.
 fn mend<const N: usize>(values: &mut [[f32; N]], instead: [f32; N], warning: &str, warnings: &mut Vec<String>) {
     let bad = values.iter_mut().filter(|value| !value.iter().all(|number| number.is_finite()));
     if bad.map(|value| *value = instead).count() > 0 {
@@ -247,7 +248,7 @@ fn mend<const N: usize>(values: &mut [[f32; N]], instead: [f32; N], warning: &st
     }
 }
 
-/// The values of an attribute, one for each vertex. If there are more, the rest is cut off; if there are fewer, the attribute is left out. A warning says so.
+/// The values of an attribute, one for each vertex. Surplus values are cut off; an attribute with too few values is left out. A warning says so.
 pub(super) fn of_each<T>(
     semantic: &str,
     read: Result<Option<Vec<T>>, String>,
@@ -274,12 +275,12 @@ pub(super) fn of_each<T>(
     Some(found)
 }
 
-/// Leaves out the triangles, lines and points of which a corner's position is not finite.
+/// Leaves out triangles, lines and points with a corner whose position is not finite.
 fn leave_out_infinite(mesh: &mut Mesh, warnings: &mut Vec<String>) -> Result<(), String> {
     let is_finite = |position: &[f32; 3]| position.iter().all(|number| number.is_finite());
     let Some(vertex) = mesh.positions.iter().position(|position| !is_finite(position)) else { return Ok(()) };
     let what = format!("the POSITION of vertex {vertex} is not finite");
-    // Within the box of the others, which no triangle then shows.
+    // The replacement lies within the box of the other positions, and no triangle uses it.
     let instead = mesh.positions.iter().copied().find(is_finite).ok_or_else(|| what.clone())?;
     let corners = if mesh.is_strokes { 2 } else { 3 };
     let kept = mesh.indices.chunks_exact(corners);
@@ -291,7 +292,7 @@ fn leave_out_infinite(mesh: &mut Mesh, warnings: &mut Vec<String>) -> Result<(),
     Ok(())
 }
 
-/// Texture coordinates with whole repeats taken off where they are far from zero.
+/// Removes whole repeats from texture coordinates that are far from zero.
 fn near(found: Vec<[f32; 2]>, indices: &[u32]) -> Vec<[f32; 2]> {
     if found.iter().flatten().all(|number| number.abs() <= 16.0) {
         return found;
@@ -300,7 +301,7 @@ fn near(found: Vec<[f32; 2]>, indices: &[u32]) -> Vec<[f32; 2]> {
     uvs::wrapped(&wide, indices)
 }
 
-/// Makes positions far from zero relative to a place near them. Its coordinates are f32, so that most differences are exact.
+/// Makes positions far from the origin relative to a point near them. The point's coordinates are f32, so that most differences are exact.
 fn recentre(mesh: &mut Mesh) {
     let bounds = Aabb::of_points(mesh.positions.iter().map(|&position| Vec3::from(position).as_dvec3()));
     if bounds.is_empty() || bounds.center().abs().max_element() <= FAR * bounds.radius() {
@@ -312,7 +313,7 @@ fn recentre(mesh: &mut Mesh) {
     }
 }
 
-/// A mesh without normals gets those of its triangles, each with vertices of its own.
+/// Gives a mesh without normals the normals of its triangles. Each triangle gets separate vertices.
 fn flat(mesh: Mesh) -> Mesh {
     let mut flat = unshared(&mesh, &mesh.indices);
     flat.indices = (0..mesh.indices.len() as u32).collect();
@@ -327,7 +328,7 @@ fn flat(mesh: Mesh) -> Mesh {
     flat
 }
 
-/// Points and lines of two indices each as strokes. Primitives without normals are unlit, so they get an arbitrary normal.
+/// Makes strokes of points and lines with two indices each. Primitives without normals are unlit, so they get an arbitrary normal.
 fn opened(mesh: Mesh) -> Mesh {
     let ends = mesh.indices.as_chunks::<2>().0;
     let vertices: Vec<u32> = ends.iter().flat_map(|own| STROKE_ENDS.map(|end| own[end])).collect();
@@ -341,7 +342,7 @@ fn opened(mesh: Mesh) -> Mesh {
     strokes
 }
 
-/// A mesh with these vertices of another, in their order, and no indices.
+/// Copies these vertices of a mesh, in their order, without indices.
 fn unshared(mesh: &Mesh, vertices: &[u32]) -> Mesh {
     let own = |list: &[[f32; 3]]| again(list, vertices);
     let morph = |morph: &Morph| Morph {
@@ -366,7 +367,7 @@ fn unshared(mesh: &Mesh, vertices: &[u32]) -> Mesh {
     }
 }
 
-/// The values of the corners, one after the other; none of none.
+/// The values at the corners, one after the other; empty for an absent attribute.
 fn again<T: Copy>(values: &[T], indices: &[u32]) -> Vec<T> {
     if values.is_empty() { Vec::new() } else { indices.iter().map(|&index| values[index as usize]).collect() }
 }
@@ -381,7 +382,8 @@ fn unshared_influences(influences: &Influences, indices: &[u32]) -> Influences {
     }
 }
 
-/// For each corner the normal of its triangle, whose corners lie one after the other, moved by `more` where there is some.
+/// Returns the normal of each corner's triangle. Each three consecutive corners form a triangle. `more`, unless empty, holds an offset for each
+/// corner.
 fn face_normals(corners: &[[f32; 3]], more: &[[f32; 3]]) -> Vec<[f32; 3]> {
     let place = |at: usize| {
         let more = more.get(at).map_or(DVec3::ZERO, |&more| Vec3::from(more).as_dvec3());

@@ -42,7 +42,7 @@ struct MorphTarget<'a> {
 }
 
 impl MorphTarget<'_> {
-    /// Returns what a shape adds to an attribute of each vertex; empty where it adds nothing.
+    /// Returns the offsets that a shape adds to an attribute, one for each vertex; empty if all are zero.
     fn list<const N: usize>(&mut self, semantic: &str, kinds: &[&str]) -> Vec<[f32; N]> {
         let read = self.source.of_target::<N>(self.index, semantic, kinds);
         let Some(mut list) = of_each(semantic, read, self.vertices, &mut self.warnings) else { return Vec::new() };

@@ -1,4 +1,4 @@
-//! The data of a primitive, from accessors or from a compressed block of all of it.
+//! The data of a primitive, from accessors or from its compressed block.
 
 use std::cell::RefCell;
 
@@ -65,7 +65,7 @@ impl<'a> PrimitiveSource<'a> {
         read.map(Some).map_err(|what| format!("{semantic}: {what}"))
     }
 
-    /// Colours of whole numbers above 1 are shares of the largest, also where their accessor forgets to say it.
+    /// Treats integer colours above 1 as shares of the type's largest value, even if their accessor is not marked as normalized.
     fn shares<const N: usize>(&self, semantic: &str, accessor: Whole, mut found: Vec<[f32; N]>) -> Vec<[f32; N]> {
         let Some(accessor) = self.document.accessors.get(accessor.0) else { return found };
         let most = match (accessor.normalized, accessor.component_type.0) {
@@ -78,7 +78,7 @@ impl<'a> PrimitiveSource<'a> {
             return found;
         }
         self.odd.borrow_mut().push(format!("{semantic}: {NOT_NORMALIZED}"));
-        // The fourth number of three is 1 already.
+        // A missing fourth component is 1 already.
         let width = if accessor.kind == "VEC3" { N.min(3) } else { N };
         found.iter_mut().flat_map(|element| &mut element[..width]).for_each(|number| *number /= most);
         found
@@ -110,7 +110,7 @@ impl<'a> PrimitiveSource<'a> {
     pub fn quadruples(&self, semantic: &str) -> Result<Option<Vec<[u32; 4]>>, String> {
         let Some(&accessor) = self.primitive.attributes.get(semantic) else { return Ok(None) };
         let read = match self.packed(semantic) {
-            // Up to 65535, which a float holds.
+            // The numbers are at most 65535, which f32 holds exactly.
             Some((mesh, id)) => {
                 let four = |four: &[f32; 4]| four.map(|n| n as u32);
                 draco::of_width(mesh, id, 4).map(|own| own.numbers.as_chunks::<4>().0.iter().map(four).collect())
@@ -120,7 +120,7 @@ impl<'a> PrimitiveSource<'a> {
         read.map(Some).map_err(|what| format!("{semantic}: {what}"))
     }
 
-    /// The numbers of the vertices in their order; `None` where the order is that of the vertices.
+    /// The vertex indices; `None` if the primitive is not indexed.
     pub fn indices(&self) -> Result<Option<Vec<u32>>, String> {
         if let Some((mesh, _)) = &self.packed {
             return Ok(Some(draco::indices(mesh)));
@@ -129,7 +129,7 @@ impl<'a> PrimitiveSource<'a> {
         read.map_err(|what| format!("indices: {what}"))
     }
 
-    /// Returns the mode that the indices are for: compressed ones are always of single triangles.
+    /// Returns the mode of the indices; compressed ones are always single triangles.
     pub fn mode(&self) -> usize {
         if self.packed.is_some() { 4 } else { self.primitive.mode.map_or(4, |mode| mode.0) }
     }
@@ -170,7 +170,7 @@ impl<'a> PrimitiveSource<'a> {
                 format!("{semantic}: its Draco data has {} numbers an element, but its accessor {width}", own.width);
             self.odd.borrow_mut().push(format!("{words}: the ones in both are read"));
         }
-        // Numbers of another type than the accessor's would all be nearly white or nearly black.
+        // Integers of another type than the accessor's would all be nearly white or nearly black.
         let is_color = semantic.starts_with("COLOR_");
         if let Some(largest) = own.largest.filter(|&largest| largest != most && (accessor.normalized || is_color)) {
             let words = match accessor.component_type.0 {
@@ -194,7 +194,7 @@ impl<'a> PrimitiveSource<'a> {
 /// The warning about colours of whole numbers.
 const NOT_NORMALIZED: &str = "its whole numbers are not marked as normalized: read as shares of the largest";
 
-/// The least of numbers that are divided by `most`: normalized ones end at -1.
+/// The least value after a division by `most`: normalized numbers end at -1.
 fn least(most: f32) -> f32 {
     if most > 1.0 { -1.0 } else { f32::NEG_INFINITY }
 }

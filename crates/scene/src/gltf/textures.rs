@@ -1,4 +1,4 @@
-//! The textures that materials ask for. Images are decoded once each and in parallel; a texture is an image as one slot takes it.
+//! The textures that materials request. Images are decoded once each and in parallel; a texture is an image in the form that a slot needs.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -15,35 +15,35 @@ use super::uri::Resources;
 use crate::texture::decode_image;
 use crate::{ColorSpace, Error, Filter, LoadOptions, Sampler, Texels, Texture, Wrap};
 
-/// The most bytes of an image's file.
+/// The largest size of an image file, in bytes.
 const MOST_BYTES: u64 = 1 << 30;
 
-/// An image, and another in its place where a reader has no decoder for it.
+/// An image, and a fallback for readers without a decoder for it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) struct ImageWithFallback {
     pub image: usize,
     pub fallback: Option<usize>,
 }
 
-/// The pictures that a texture is made of, and how. A number is the bits of an f64.
+/// The pictures that a texture is made of, and the way that they are combined. A number is the bits of an f64.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Recipe {
     Plain(ImageWithFallback, ColorSpace),
     /// Occlusion of some strength: r' = 1 + strength (r - 1).
     Occlusion(ImageWithFallback, u64),
-    /// RGB of `color`, alpha of `strength`.
+    /// RGB from `color`, alpha from `strength`.
     Specular {
         color: Option<ImageWithFallback>,
         strength: Option<ImageWithFallback>,
     },
-    /// Red of `strength`, green of `thickness`.
+    /// Red from `strength`, green from `thickness`.
     Film {
         strength: Option<ImageWithFallback>,
         thickness: Option<ImageWithFallback>,
     },
-    /// Green as blue, for the thickness of glass; a film's part is white.
+    /// Glass thickness: green is copied to blue; the film's channels are white.
     Thickness(ImageWithFallback),
-    /// Alpha times 1 - `factor` r, with r of `transmission`.
+    /// Alpha is multiplied by 1 - `factor` r, with r from `transmission`.
     Glass {
         color: Option<ImageWithFallback>,
         transmission: ImageWithFallback,
@@ -51,7 +51,7 @@ pub(super) enum Recipe {
     },
     /// White, with red as alpha.
     Coat(ImageWithFallback),
-    /// Roughness in green of a glossiness in alpha: 1 - `factor` a. Blue, of metalness, is 0.
+    /// Roughness in green, computed from glossiness in alpha: 1 - `factor` a. Blue, the metalness, is 0.
     Gloss(ImageWithFallback, u64),
 }
 
@@ -87,7 +87,7 @@ impl Recipe {
     }
 }
 
-/// The picture and the sampler of one of a file's textures; none of one that does not exist or names no image.
+/// The picture and the sampler of one of a file's textures; `None` for a texture that does not exist or names no image.
 pub(super) fn picture(
     document: &Document,
     texture: Option<Whole>,
@@ -122,7 +122,7 @@ pub(super) fn picture(
     Some((ImageWithFallback { image, fallback: sources.get(1).copied() }, sampler))
 }
 
-/// Unknown values of a sampler are as by default, with a warning.
+/// Reads a sampler. Unknown values become the default, with a warning.
 fn sampler_of(json: &super::json::Sampler, texture: &str, warnings: &mut Vec<String>) -> Sampler {
     let mut unknown = |key: &str, value: usize, instead: &str| {
         warnings.push(format!("{texture}: {key} of its sampler is {value}, taken for {instead}"));
@@ -178,12 +178,12 @@ pub(super) struct ReadTextures {
     pub files: Vec<PathBuf>,
 }
 
-/// An image as its file has it: texels, or blocks of them.
+/// An image as stored in its file: texels, or compressed blocks.
 #[derive(Clone)]
 pub(super) struct SourceImage {
     pub size: [u32; 2],
     pub texels: Texels,
-    /// The colour space in which levels were made of the texels.
+    /// The colour space that the levels were computed in.
     levels_in: Option<ColorSpace>,
 }
 
@@ -192,7 +192,7 @@ impl SourceImage {
         Self { size, texels, levels_in: None }
     }
 
-    /// As a texture, with all levels.
+    /// Makes a texture with all its levels.
     fn named(self, name: String, color_space: ColorSpace, sampler: Sampler) -> Texture {
         let mut texture = Texture { name, size: self.size, color_space, sampler, texels: self.texels };
         if self.levels_in.is_some_and(|made| made != color_space) {
@@ -202,7 +202,7 @@ impl SourceImage {
         texture
     }
 
-    /// With the levels that such a texture has.
+    /// Makes the levels that a texture of this colour space and sampler needs.
     fn with_levels(self, color_space: ColorSpace, sampler: Sampler) -> Self {
         let Texture { size, texels, .. } = self.named(String::new(), color_space, sampler);
         let levels_in = matches!(texels, Texels::Rgba8Levels(_)).then_some(color_space);
@@ -232,7 +232,7 @@ struct Decoded {
 }
 
 impl Images<'_> {
-    /// Makes textures. One whose images cannot be read is none, with a warning.
+    /// Makes textures. A texture whose images cannot be read is `None`, with a warning.
     pub fn make(&self, requests: &[TextureRequest], options: &LoadOptions) -> ReadTextures {
         let mut left: HashMap<ImageWithFallback, usize> = HashMap::new();
         let mut pictures = Vec::new();
@@ -243,7 +243,7 @@ impl Images<'_> {
             }
             *count += 1;
         }
-        // Nearly every picture becomes one texture, as it is: its levels are made at once, while others are still decoded.
+        // Nearly every picture becomes one texture unchanged, so its levels are made at once, while others are still decoded.
         let mut plain = HashMap::new();
         for request in requests {
             if let Recipe::Plain(picture, color_space) = request.recipe {
@@ -277,7 +277,7 @@ impl Images<'_> {
                     *count -= 1;
                     *count
                 });
-                // The last that asks gets the image itself.
+                // The last request gets the image itself instead of a copy.
                 if count == Some(0) { images.remove(&picture) } else { images.get(&picture).cloned() }
             });
             found.collect()
@@ -305,7 +305,7 @@ impl Images<'_> {
         own.or_else(file).unwrap_or_else(|| format!("image {image}"))
     }
 
-    /// The image of a picture, and why not, or not the first.
+    /// Decodes an image, or its fallback. The warnings say why the image, or both, could not be read.
     fn decode(&self, picture: &ImageWithFallback) -> (Option<Decoded>, Vec<String>) {
         let mut warnings = Vec::new();
         for image in [Some(picture.image), picture.fallback].into_iter().flatten() {
@@ -336,11 +336,11 @@ impl Images<'_> {
         if ktx::is_ktx(bytes) {
             return Ok(Decoded { pixels: ktx::read(bytes)?, file, odd });
         }
-        // Of a PNG's header (PNG, third edition, section 11.2.1) the bits of a channel.
+        // Byte 24 of a PNG is its bit depth (PNG, third edition, section 11.2.1).
         if bytes.starts_with(b"\x89PNG\r\n\x1a\n") && bytes.get(24) == Some(&16) {
             odd.push("has 16 bits a channel, of which 8 are kept".into());
         }
-        // No float image is a glTF image, so that the colour space does not matter.
+        // A glTF image is never a float image, so the colour space does not matter.
         let decoded = decode_image(bytes, Path::new(""));
         let decoded = decoded.map_err(|error| match error {
             Error::Content { what, .. } => what,
@@ -350,7 +350,7 @@ impl Images<'_> {
     }
 }
 
-/// Makes a texture's texels from those of its pictures, as a recipe says.
+/// Makes a texture's image from its pictures, by a recipe.
 fn cooked(recipe: Recipe, mut found: impl Iterator<Item = Option<RgbaImage>>) -> Option<RgbaImage> {
     Some(match recipe {
         Recipe::Plain(..) => found.next()??,
@@ -386,7 +386,7 @@ fn cooked(recipe: Recipe, mut found: impl Iterator<Item = Option<RgbaImage>>) ->
     })
 }
 
-/// Occlusion of less than full strength.
+/// Scales occlusion by a strength below 1.
 fn faded(mut image: RgbaImage, strength: f64) -> RgbaImage {
     let table: Vec<u8> =
         (0..=255u8).map(|red| (255.0 + strength * (f64::from(red) - 255.0)).round().clamp(0.0, 255.0) as u8).collect();
@@ -394,7 +394,7 @@ fn faded(mut image: RgbaImage, strength: f64) -> RgbaImage {
     image
 }
 
-/// Roughness of glossiness, as textures of metalness and roughness have it.
+/// Converts glossiness to roughness, in the layout of metallic-roughness textures.
 fn rough(mut image: RgbaImage, factor: f64) -> RgbaImage {
     let table: Vec<u8> =
         (0..=255u8).map(|gloss| (255.0 - factor * f64::from(gloss)).round().clamp(0.0, 255.0) as u8).collect();
@@ -402,7 +402,7 @@ fn rough(mut image: RgbaImage, factor: f64) -> RgbaImage {
     image
 }
 
-/// A colour (white without), whose alpha is made of another image's red and its own.
+/// Combines a colour (white if absent) with an alpha computed from another image's red and the colour's own alpha.
 fn with_alpha(color: Option<RgbaImage>, other: &RgbaImage, alpha: impl Fn(u8, u8) -> u8) -> RgbaImage {
     let color = color.unwrap_or_else(|| RgbaImage::from_pixel(1, 1, Rgba([255; 4])));
     let (mut color, other) = alike(color, other.clone());
@@ -412,7 +412,7 @@ fn with_alpha(color: Option<RgbaImage>, other: &RgbaImage, alpha: impl Fn(u8, u8
     color
 }
 
-/// The images of two pictures, of which either may be absent and both the same. `None` where an image is missing.
+/// The images of two pictures. Either picture may be absent, and both may be the same. `None` if an image is missing.
 fn two(
     (first, second): (Option<ImageWithFallback>, Option<ImageWithFallback>),
     mut found: impl Iterator<Item = Option<RgbaImage>>,
@@ -441,7 +441,7 @@ fn merged(
     Some(own)
 }
 
-/// Both as large as the larger of them.
+/// Scales both images to the larger of their sizes.
 fn alike(a: RgbaImage, b: RgbaImage) -> (RgbaImage, RgbaImage) {
     let size = (a.width().max(b.width()), a.height().max(b.height()));
     let of = |image: RgbaImage| {

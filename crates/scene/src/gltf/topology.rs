@@ -31,8 +31,8 @@ impl Topology {
         matches!(self, Self::Points | Self::Lines | Self::LineLoop | Self::LineStrip)
     }
 
-    /// Three vertices a triangle, in the order that makes its front; two a line, and the same one twice a point. Vertices that are left over make none, and
-    /// triangles and lines with an index of no vertex are left out: the first such index is the oddity.
+    /// Returns three vertices for each triangle, in the order that makes its front; two for each line; the same vertex twice for each point. Surplus
+    /// vertices are ignored. Triangles and lines with an invalid index are left out; the second result is a warning about the first invalid index.
     pub fn corners(self, order: Option<Vec<u32>>, vertices: usize) -> Result<(Vec<u32>, Option<String>), String> {
         let Ok(count) = u32::try_from(vertices) else { return Err(format!("it has {vertices} vertices")) };
         let order = order.unwrap_or_else(|| (0..count).collect());
@@ -51,9 +51,9 @@ impl Topology {
             format!("index {at} is {index}, but there are only {count} vertices: {what} with such indices are left out")
         });
         let corners = match self {
-            // A strip begins again after such an index, as with a device's primitive restart.
+            // An invalid index ends a strip, as primitive restart does on a device.
             Self::Strip | Self::LineStrip => order.split(is_wild).flat_map(|run| self.of_run(run.to_vec())).collect(),
-            // All of a fan's triangles have its first vertex.
+            // All of a fan's triangles share its first vertex.
             Self::Fan if order.first().is_some_and(is_wild) => Vec::new(),
             Self::Triangles | Self::Fan => whole::<3>(&self.of_run(order), is_wild),
             Self::Points | Self::Lines | Self::LineLoop => whole::<2>(&self.of_run(order), is_wild),
@@ -61,7 +61,7 @@ impl Topology {
         Ok((corners, wild))
     }
 
-    /// The corners of indices that all exist.
+    /// The corners for indices that are all valid.
     fn of_run(self, mut order: Vec<u32>) -> Vec<u32> {
         match self {
             Self::Points => order.iter().flat_map(|&vertex| [vertex; 2]).collect(),
@@ -71,7 +71,7 @@ impl Topology {
             }
             Self::LineStrip => order.windows(2).flatten().copied().collect(),
             Self::LineLoop => {
-                // The way back of two vertices is the line between them once more.
+                // A loop of two vertices gets no closing line, which would repeat the first one.
                 let closing = if order.len() > 2 { [order[order.len() - 1], order[0]].to_vec() } else { Vec::new() };
                 Self::LineStrip.of_run(order).into_iter().chain(closing).collect()
             }
@@ -140,7 +140,7 @@ mod tests {
         assert_eq!(of(2, &[0, 1, 9, 2, 3]).0, [0, 1, 2, 3, 3, 0]);
         assert_eq!(of(3, &[0, 1, 2, u32::MAX, 3, 4]).0, [0, 1, 1, 2, 3, 4]);
         assert_eq!(of(4, &[0, 1, 9, 3, 4, 5, 0]).0, [3, 4, 5]);
-        // The strip begins anew, so that the second run's first triangle keeps its order.
+        // The strip restarts, so the second run's first triangle keeps its winding.
         assert_eq!(of(5, &[0, 1, 2, u32::MAX, 3, 4, 5]).0, [0, 1, 2, 3, 4, 5]);
         assert_eq!(of(6, &[0, 1, 2, 77, 3, 4]).0, [1, 2, 0, 3, 4, 0]);
         assert!(of(6, &[77, 1, 2, 3]).0.is_empty());

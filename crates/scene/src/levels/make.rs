@@ -1,10 +1,10 @@
 //! Makes levels of detail.
 //!
-//! Edges are collapsed by `meshoptimizer-rs`, a port of meshoptimizer's simplifier to Rust (`meshopt` compiles the original, in C++), by the quadrics of
-//! Garland and Heckbert (1998), which count normals, texture coordinates and colours as well. Seams of those stay closed, and a mesh's open borders
-//! stay as they are: another mesh may begin there. Each level is made from the one before, which is nearer to the mesh in the end than from the mesh
-//! itself (a sphere of 3,968 triangles: 0.11 of its radius for 124 instead of 0.4). The simplifier's own error is a mean over areas. A level's error
-//! here is the largest distance, which is measured against the mesh.
+//! Edges are collapsed by `meshoptimizer-rs`, a port of meshoptimizer's simplifier to Rust (`meshopt` compiles the original, in C++), by the quadrics
+//! of Garland and Heckbert (1998), which count normals, texture coordinates and colours as well. Seams of these attributes stay closed. A mesh's open
+//! borders stay unchanged, since another mesh may begin there. Each level is made from the one before: the result is closer to the mesh than a level
+//! made from the mesh itself (a sphere of 3,968 triangles: 0.11 of its radius for 124 instead of 0.4). The simplifier's own error is a mean over
+//! areas. A level's error here is the largest distance, which is measured against the mesh.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -20,18 +20,18 @@ use rayon::prelude::*;
 use super::{Level, MOST_LEVELS};
 use crate::Mesh;
 
-/// Meshes of fewer triangles have no levels: a command costs more than they do.
+/// Meshes of fewer triangles have no levels: a draw command costs more than their triangles.
 const LEAST_TRIANGLES: usize = 128;
 /// A level has at most this share of the triangles of the one before; otherwise that one is the last.
 const LARGEST_SHARE: f64 = 0.8;
-/// A level that is off by more than this share of the mesh's radius is no likeness of it.
+/// A level whose error is a larger share of the mesh's radius is discarded.
 const LARGEST_ERROR: f64 = 0.25;
-/// The weight of a normal's difference, of length 1, beside a distance as long as the mesh.
+/// The weight of a normal's difference of length 1, compared with a distance as long as the mesh.
 const NORMAL_WEIGHT: f32 = 0.5;
-/// By so much more than was measured a level may be off between the places where it was measured.
+/// The safety factor on a level's measured error: between the sampled points the level may be off by more.
 const BETWEEN_SAMPLES: f64 = 1.1;
 
-/// The levels of a mesh, with a hash of what they were made of.
+/// The levels of a mesh, with a hash of the data that they were made from.
 #[derive(Debug, Default)]
 pub(super) struct LevelCache(Mutex<Option<(blake3::Hash, Arc<[Level]>)>>);
 
@@ -48,8 +48,8 @@ impl Clone for LevelCache {
 }
 
 impl Mesh {
-    /// Its levels of detail, the finest first: each has about half of the triangles of the one before, and the first half of the mesh's. None of
-    /// small meshes, and of those that cannot be simplified. They are made once, and again when the mesh has changed.
+    /// Returns the levels of detail, the finest first. Each has about half of the triangles of the one before; the first has half of the mesh's. The
+    /// list is empty for small meshes and for meshes that cannot be simplified. Levels are made once, and again when the mesh has changed.
     pub fn levels_of_detail(&self) -> Arc<[Level]> {
         if self.indices.len() < 3 * LEAST_TRIANGLES || self.is_strokes {
             return Arc::default();
@@ -64,7 +64,7 @@ impl Mesh {
         levels
     }
 
-    /// Of all that levels are made of.
+    /// Returns a hash of all data that levels are made from.
     fn shape_hash(&self) -> blake3::Hash {
         let mut hasher = blake3::Hasher::new();
         let mut add = |bytes: &[u8]| {
@@ -109,7 +109,7 @@ impl Simplifier {
         let sets: Vec<&[[f32; 2]]> =
             [&mesh.uvs, &mesh.uvs_1].into_iter().filter(|set| !set.is_empty()).map(Vec::as_slice).collect();
         for set in &sets {
-            // A shift by all of the image that the mesh shows weighs as much as one by all of the mesh.
+            // A shift by the mesh's whole extent in texture space weighs as much as a shift by the whole mesh.
             let weight = 1.0 / extent(set).max(f32::MIN_POSITIVE);
             weights.extend([if weight.is_finite() { weight } else { 0.0 }; 2]);
         }
@@ -123,13 +123,13 @@ impl Simplifier {
         Self { attributes, weights }
     }
 
-    /// About half of the triangles; none where there are numbers that the simplifier refuses.
+    /// Returns about half of the triangles; `None` if the simplifier refuses the mesh's numbers.
     fn halve(&self, mesh: &Mesh, indices: &[u32], workspace: &mut Workspace) -> Option<Vec<u32>> {
         let (count, width) = (mesh.positions.len(), self.weights.len());
         let attributes = Attributes::from_interleaved(&self.attributes, count, width, width, 0).ok()?;
         let settings = SimplifySettings {
             target_index_count: indices.len() / 6 * 3,
-            // As large as the mesh: the count alone decides.
+            // The error limit is as large as the mesh, so only the count decides.
             target_error: 1.0,
             options: SimplifyOptions::LOCK_BORDER | SimplifyOptions::SPARSE,
         };
@@ -195,7 +195,7 @@ impl TriangleTree {
         Some(self.tree.nearest_to(point, &self.triangles)?.1)
     }
 
-    /// The largest distance of any of these points; 0 of none.
+    /// The largest distance of any of these points; 0 for no points.
     fn farthest(&self, points: &[DVec3]) -> Option<f64> {
         points.par_iter().map(|&point| self.distance(point)).try_reduce(|| 0.0, |a, b| Some(f64::max(a, b)))
     }
@@ -257,7 +257,7 @@ fn nearest(&[a, b, c]: &[DVec3; 3], point: DVec3) -> DVec3 {
     a + ab * share(beside_ac, sum) + ac * share(beside_ab, sum)
 }
 
-/// A part of a length: none where the length is, as in triangles without area.
+/// The ratio of two lengths; 0 if the whole is 0, as in triangles without area.
 fn share(part: f64, whole: f64) -> f64 {
     if whole > 0.0 { part / whole } else { 0.0 }
 }

@@ -6,22 +6,21 @@ use super::Mesh;
 const MOST_ORDERING_STEPS: u64 = 1 << 26;
 
 impl Mesh {
-    /// The steps that [`Mesh::order_triangles`] takes for vertices of many triangles: it looks at all of them whenever one is taken.
+    /// The steps that [`Mesh::order_triangles`] takes for vertices with many triangles: it visits all triangles of a vertex whenever it takes one.
     fn ordering_steps(&self) -> u64 {
         let mut triangles = vec![0_u64; self.positions.len()];
         self.indices.iter().for_each(|&index| triangles[index as usize] += 1);
         triangles.iter().filter(|&&own| own > 64).map(|own| own * own).sum()
     }
 
-    /// Puts the triangles into an order in which those that share vertices follow each other, so that a device transforms most vertices once (Forsyth,
-    /// "Linear-Speed Vertex Cache Optimisation", 2006). Of equally far triangles another may be seen. Needs the feature
-    /// `readers`.
+    /// Reorders the triangles so that triangles with shared vertices follow each other, and a device transforms most vertices once (Forsyth,
+    /// "Linear-Speed Vertex Cache Optimisation", 2006). Which of several equally far triangles is drawn may change. Needs the feature `readers`.
     pub fn order_triangles(&mut self) {
         if self.is_strokes || self.ordering_steps() > MOST_ORDERING_STEPS {
             return;
         }
         let mut workspace = meshoptimizer_rs::Workspace::default();
-        // Beyond the limits of that library the order stays, which is as good a picture.
+        // Beyond the limits of that library the order stays, and the picture is as good.
         if let Ok(indices) =
             meshoptimizer_rs::optimize_vertex_cache(&self.indices, self.positions.len(), &mut workspace)
         {

@@ -1,4 +1,4 @@
-//! Points and lines as a mesh has them.
+//! Points and lines in a mesh.
 //!
 //! A *stroke* is a line from one end to another; a point is a stroke whose ends are equal. Renderer and truth draw it as the rectangle of the picture that
 //! is one pixel wide and reaches half a pixel beyond both ends. On the mesh it has no area: all code that draws triangles, hits them with rays or sums their
@@ -11,20 +11,21 @@ use super::Mesh;
 /// Vertices of a stroke.
 pub const STROKE_VERTICES: usize = 6;
 
-/// The end, 0 or 1, at which each of its vertices lies. The first four are the rectangle's corners, counter-clockwise as the picture shows it. The vertex two
+/// The end, 0 or 1, of each of a stroke's vertices. The first four are the rectangle's corners, counter-clockwise in the picture. The vertex two
 /// further on is always at the other end, so that a vertex stage finds the other end in the same stream.
 pub const STROKE_ENDS: [usize; STROKE_VERTICES] = [0, 1, 1, 0, 0, 1];
 
-/// Its triangles.
+/// The triangles of a stroke.
 const TRIANGLES: [u32; 6] = [0, 1, 2, 0, 2, 3];
 
-/// The indices of so many strokes.
+/// The indices of a number of strokes.
 pub fn stroke_indices(strokes: usize) -> impl Iterator<Item = u32> {
     (0..strokes).flat_map(|stroke| TRIANGLES.map(|corner| (STROKE_VERTICES * stroke) as u32 + corner))
 }
 
 impl Mesh {
-    /// Lines between these places in mesh space, and points where both are the same. Their normals are +Y: without light they need an unlit material.
+    /// Lines between these places in mesh space, and points for pairs of equal places. All normals are +Y; without light the strokes need an unlit
+    /// material.
     pub fn of_strokes(name: impl Into<String>, strokes: &[[DVec3; 2]]) -> Self {
         let points: Vec<DVec3> = strokes.iter().flat_map(|ends| STROKE_ENDS.map(|end| ends[end])).collect();
         let normals = vec![[0.0, 1.0, 0.0]; points.len()];
@@ -32,13 +33,13 @@ impl Mesh {
         Self { normals, indices, is_strokes: true, ..Self::from_points(name, &points) }
     }
 
-    /// The first and the last vertex of each stroke; none of a mesh that has triangles.
+    /// The first and the last vertex of each stroke; nothing for a mesh of triangles.
     pub fn strokes(&self) -> impl Iterator<Item = [usize; 2]> {
         let count = if self.is_strokes { self.positions.len() / STROKE_VERTICES } else { 0 };
         (0..count).map(|stroke| [STROKE_VERTICES * stroke, STROKE_VERTICES * stroke + 1])
     }
 
-    /// Why its vertices and indices are not those of strokes.
+    /// Explains why vertices or indices do not form strokes; `None` if they do.
     pub(crate) fn strokes_fault(&self) -> Option<String> {
         let vertices = self.positions.len();
         if !vertices.is_multiple_of(STROKE_VERTICES) {

@@ -16,7 +16,7 @@ impl Mesh {
             return;
         }
         let mut corners = Corners { mesh: self, tangents: vec![None; self.indices.len()] };
-        // Its error type has no values today; should it get some, the fallback below is still a valid frame.
+        // The error type has no values today; should it get some, the fallback below is still a valid frame.
         let _ = bevy_mikktspace::generate_tangents(&mut corners);
         let tangents = corners.tangents;
         self.tangents = self.normals.iter().map(|&normal| any_tangent(normal)).collect();
@@ -64,11 +64,11 @@ impl Mesh {
 /// Returns true if normal and tangent give a bitangent: MikkTSpace answers (1, 0, 0) where texture coordinates coincide, and huge
 /// triangles overflow its f32.
 fn spans_plane(normal: [f32; 3], [x, y, z, _]: [f32; 4]) -> bool {
-    // A comparison that is false for NaN.
+    // The comparison is false for NaN.
     Vec3::from(normal).cross(Vec3::new(x, y, z)).length_squared() > 1e-6
 }
 
-/// Some tangent for a vertex to which the texture coordinates give none.
+/// An arbitrary tangent for a vertex whose texture coordinates give none.
 fn any_tangent(normal: [f32; 3]) -> [f32; 4] {
     Vec3::from(normal).any_orthonormal_vector().extend(1.0).to_array()
 }

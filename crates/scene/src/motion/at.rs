@@ -1,4 +1,4 @@
-//! A scene as it is at a moment, in which nothing moves any more.
+//! A scene at a moment, in which nothing moves any more.
 
 use std::borrow::Cow;
 
@@ -8,8 +8,8 @@ use super::{ClipChoice, Motion, Playing, Pose, deform, deform_frame};
 use crate::{Mesh, NamedCamera, Object, Scene};
 
 impl Scene {
-    /// The scene as it is at a moment: objects, lights, cameras and materials have the places and values that clips give them, deformed objects have
-    /// plain meshes of their own, and nothing moves in the result. A scene without motion is borrowed as it is.
+    /// The scene at a moment: objects, lights, cameras and materials have the places and values that clips give them, deformed objects have separate
+    /// plain meshes, and nothing moves in the result. A scene without motion is borrowed unchanged.
     pub fn at(&self, playing: &Playing) -> Cow<'_, Self> {
         if !self.moves() {
             return Cow::Borrowed(self);
@@ -17,7 +17,7 @@ impl Scene {
         Cow::Owned(self.posed(&self.motion.pose(playing)))
     }
 
-    /// The same of a scene that is not needed any more, without a copy of its textures.
+    /// Consumes the scene and returns it at a moment, as [`Scene::at`] does, without a copy of its textures.
     #[must_use]
     pub fn into_still(mut self, playing: &Playing) -> Self {
         if !self.moves() {
@@ -33,8 +33,8 @@ impl Scene {
         emits || !(self.motion.is_empty() && self.meshes.iter().all(Mesh::is_plain))
     }
 
-    /// Puts objects, lights and cameras that hang on nodes to where their nodes are when no clip plays: readers that know nodes alone end with
-    /// this.
+    /// Moves objects, lights and cameras that are attached to nodes to the places of their nodes when no clip plays. Readers that set only nodes end
+    /// with this.
     pub fn rest(&mut self) {
         let pose = self.motion.pose(&Playing { clips: ClipChoice::None, ..Playing::default() });
         for object in &mut self.objects {
@@ -56,7 +56,7 @@ impl Scene {
             .map(|(index, own)| NamedCamera { name: own.name.clone(), camera: pose.camera(self, index), node: None })
             .collect();
         let mut materials = self.materials.clone();
-        // Nobody may have checked the scene.
+        // The scene may not have been checked.
         for index in self.motion.moved_materials() {
             if let Some(own) = materials.get_mut(index) {
                 *own = pose.material(self, index);
@@ -114,7 +114,7 @@ impl Mesh {
     }
 }
 
-/// The meshes and objects of a moment. A deformed mesh takes the place of the one that it was made from, where no other object has that one.
+/// The meshes and objects of a moment. A deformed mesh replaces its original if no other object uses the original.
 fn objects(scene: &Scene, pose: &Pose) -> (Vec<Mesh>, Vec<Object>) {
     let mut users = vec![0usize; scene.meshes.len()];
     for object in &scene.objects {
@@ -145,7 +145,7 @@ fn objects(scene: &Scene, pose: &Pose) -> (Vec<Mesh>, Vec<Object>) {
     (of_scene.chain(own).collect(), objects)
 }
 
-/// The object's mesh as it is now, and the space that it is in; `None` where nothing deforms it.
+/// The object's mesh at this moment, and its space; `None` if nothing deforms it.
 fn deformed(scene: &Scene, pose: &Pose, object: &Object, joints: &mut Vec<DAffine3>) -> Option<(Mesh, DAffine3)> {
     let mesh = scene.meshes.get(object.mesh)?;
     let weights = object.node.map(|node| pose.weights(node)).unwrap_or_default();

@@ -1,4 +1,4 @@
-//! Boxes around meshes that shapes and joints deform, without a look at each vertex.
+//! Bounding boxes of meshes that shapes and joints deform, computed without a loop over the vertices.
 
 use glam::{DAffine3, DVec3, Vec3};
 
@@ -10,19 +10,19 @@ const SLACK: f64 = 1e-6;
 /// A part of a mesh that moves together: the vertices that hang on one joint with any weight, or all vertices.
 #[derive(Debug, Clone, PartialEq)]
 struct JointBounds {
-    /// Index in the skin's joints; `None` where the mesh hangs on none.
+    /// Index in the skin's joints; `None` for a mesh without joints.
     joint: Option<usize>,
-    /// Around its vertices, in mesh space.
+    /// The box around its vertices, in mesh space.
     bounds: Aabb,
-    /// By shape: a box around the offsets that it adds to them. Empty of a shape that moves none of them.
+    /// For each shape, a box around the offsets that it adds to these vertices; empty if the shape moves none of them.
     shapes: Vec<Aabb>,
-    /// The sum of its vertices' weights, and the sums, by these weights, of their places and of the offsets by shapes.
+    /// The sum of its vertices' weights, and the weighted sums of their positions and of the shapes' offsets.
     weight: f64,
     places: DVec3,
     offsets: Vec<DVec3>,
 }
 
-/// Boxes of a mesh from which follows a box around it however it is deformed.
+/// Boxes of a mesh's parts, from which a bounding box follows for any deformation.
 ///
 /// A vertex of a linear blend is a mean of the places that its joints alone would give it. So all vertices lie in the convex hull of, for each
 /// joint, the box around its vertices moved by that joint. Offsets by shapes are bounded by interval arithmetic, for each joint on its own.
@@ -33,11 +33,11 @@ pub struct DeformBounds {
 }
 
 impl DeformBounds {
-    /// Looks at each vertex once. `is_skinned` is true if joints will be given to [`DeformBounds::bounds`].
+    /// Visits each vertex once. `is_skinned` is true if joints will be given to [`DeformBounds::bounds`].
     pub fn of(mesh: &Mesh, is_skinned: bool) -> Self {
         let influences = mesh.influences.as_ref().filter(|own| is_skinned && own.per_vertex > 0);
         let mut parts: Vec<JointBounds> = Vec::new();
-        // By joint, the number of its part.
+        // The index of each joint's part.
         let mut numbers: Vec<Option<usize>> = Vec::new();
         let mut whole = None;
         for (vertex, &position) in mesh.positions.iter().enumerate() {
@@ -62,7 +62,7 @@ impl DeformBounds {
             });
             match own {
                 None | Some(([], _)) => hold(None, 1.0),
-                // As `deform` has it: without a weight the first joint counts.
+                // As in `deform`, a vertex without weights follows its first joint.
                 Some((joints, weights)) if weights.iter().all(|weight| *weight <= 0.0) => {
                     hold(Some(joints[0].into()), 1.0);
                 }
@@ -90,8 +90,8 @@ impl DeformBounds {
         Aabb { min: all.min - slack, max: all.max + slack }
     }
 
-    /// Returns the mean of the vertices as [`deform`](fn@super::deform) moves them by these joints and weights. The middle of the box is no place near the mesh where a joint
-    /// far away has a vertex with next to no weight.
+    /// Returns the mean of the vertices as [`deform`](fn@super::deform) moves them by these joints and weights. The middle of the box may be far from
+    /// the mesh if a distant joint has a vertex with next to no weight.
     pub fn mean(&self, joints: &[DAffine3], weights: &[f64]) -> DVec3 {
         let sums = self.parts.iter().map(|part| {
             let place = part.joint.and_then(|joint| joints.get(joint)).copied().unwrap_or(DAffine3::IDENTITY);

@@ -1,4 +1,4 @@
-//! A mesh as shapes and joints deform it, in f64: the truth against which frames on a device are compared.
+//! A mesh as shapes and joints deform it, in f64: the reference for frames on a device.
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
@@ -79,7 +79,7 @@ fn added<const N: usize>(
     sums
 }
 
-/// The mean of the matrices that a vertex hangs on. A vertex whose weights are all 0 hangs on its first joint alone.
+/// The weighted mean of the matrices of a vertex's joints. A vertex whose weights are all 0 follows its first joint alone.
 fn blended(influences: &Influences, joints: &[DAffine3], vertex: usize) -> DAffine3 {
     let own = vertex * influences.per_vertex..(vertex + 1) * influences.per_vertex;
     let (Some(indices), Some(weights)) = (influences.joints.get(own.clone()), influences.weights.get(own)) else {
@@ -98,16 +98,16 @@ fn blended(influences: &Influences, joints: &[DAffine3], vertex: usize) -> DAffi
     DAffine3::from_cols_array(&columns)
 }
 
-/// Takes cross products along: (M a) x (M b) = cofactors(M) (a x b), so that a normal stays on the side that its triangle's corners are
-/// counter-clockwise on, and nothing is divided by a determinant that may be 0.
+/// The cofactor matrix, which maps cross products: (M a) x (M b) = cofactors(M) (a x b). A normal transformed by it stays on the side from which its
+/// triangle is counter-clockwise, and nothing is divided by a determinant that may be 0.
 fn cofactors(matrix: &DMat3) -> DMat3 {
     let DMat3 { x_axis, y_axis, z_axis } = *matrix;
     DMat3::from_cols(y_axis.cross(z_axis), z_axis.cross(x_axis), x_axis.cross(y_axis))
 }
 
-/// The direction with a length of 1, or `fallback` where it has none.
+/// Scales a direction to a length of 1; returns `fallback` for a zero vector.
 fn unit(direction: DVec3, fallback: [f32; 3]) -> [f32; 3] {
     let largest = direction.abs().max_element();
-    // Squares of its parts may be more or less than f64 holds.
+    // Squares of the components may overflow or underflow f64.
     (direction / largest).try_normalize().map_or(fallback, |unit| unit.as_vec3().to_array())
 }

@@ -1,7 +1,7 @@
-//! Motion: a hierarchy of nodes, the clips that move them, the skins that hang meshes on them, and shapes that meshes blend to.
+//! Motion: a hierarchy of nodes, the clips that move them, the skins that deform meshes by them, and shapes that meshes blend to.
 //!
-//! Everything is f64 and a pure function of time. [`Scene::at`](super::Scene::at) gives the scene as it is at a time, its deformed meshes as
-//! plain ones: rays, exports and tests take that. Frames on a device deform on the device, from [`Pose`].
+//! Everything is f64 and a pure function of time. [`Scene::at`](super::Scene::at) gives the scene at a time, with deformed meshes as plain ones, for
+//! rays, exports and tests. Frames on a device deform on the device, from [`Pose`].
 
 #[cfg(feature = "readers")]
 mod append;
@@ -32,14 +32,14 @@ use super::Material;
 
 use sample::unit_rotation;
 
-/// A place by its parts, as clips move it: scaled, then turned, then moved.
+/// A transform as clips move it: scale, then rotation, then translation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Placement {
-    /// In metres of the parent.
+    /// The translation in metres of the parent.
     pub translation: DVec3,
-    /// Of any length but 0.
+    /// The rotation, of any length but 0.
     pub rotation: DQuat,
-    /// Along the node's own axes. May mirror.
+    /// The scale along the node's own axes. May mirror.
     pub scale: DVec3,
 }
 
@@ -50,7 +50,7 @@ impl Default for Placement {
 }
 
 impl Placement {
-    /// From the node's space to its parent's.
+    /// Returns the transform from the node's space to its parent's.
     pub fn to_affine(&self) -> DAffine3 {
         DAffine3::from_scale_rotation_translation(self.scale, unit_rotation(self.rotation), self.translation)
     }
@@ -59,14 +59,14 @@ impl Placement {
 /// A node's transform in its parent.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Local {
-    /// By its parts: clips can move it.
+    /// Translation, rotation and scale, which clips can move.
     Parts(Placement),
-    /// As one transform, which nothing moves.
+    /// One transform, which nothing moves.
     Fixed(DAffine3),
 }
 
 impl Local {
-    /// From the node's space to its parent's.
+    /// Returns the transform from the node's space to its parent's.
     pub fn to_affine(&self) -> DAffine3 {
         match self {
             Self::Parts(placement) => placement.to_affine(),
@@ -78,33 +78,33 @@ impl Local {
 /// A node of the hierarchy.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Node {
-    /// For messages and reports.
+    /// The name in messages and reports.
     pub name: String,
     /// Index in [`Motion::nodes`], lower than the node's own; `None` in the world.
     pub parent: Option<usize>,
-    /// Its transform when no clip plays.
+    /// The transform when no clip plays.
     pub local: Local,
-    /// The weights of the mesh's shapes for the objects of this node when no clip plays; empty where the mesh has none.
+    /// The weights of the mesh's shapes for the objects of this node when no clip plays; empty if the mesh has none.
     pub weights: Vec<f64>,
 }
 
-/// The joints that a mesh hangs on.
+/// The joints that deform a mesh.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Skin {
-    /// For messages and reports.
+    /// The name in messages and reports.
     pub name: String,
     /// Indices in [`Motion::nodes`].
     pub joints: Vec<usize>,
-    /// From mesh space to each joint's space where the mesh was bound; as many as joints.
+    /// The transform from mesh space to each joint's space at binding; as many as joints.
     pub inverse_bind: Vec<DAffine3>,
 }
 
 /// Interpolation between keys (glTF 2.0, "Animation Sampler").
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Interpolation {
-    /// The value of the last key.
+    /// Holds the value of the last key.
     Step,
-    /// Even, rotations along the shorter great circle.
+    /// Interpolates linearly, rotations along the shorter great circle.
     #[default]
     Linear,
     /// A cubic through the keys with their tangents: each key has three values, the incoming tangent, its value and the outgoing tangent,
@@ -115,21 +115,21 @@ pub enum Interpolation {
 /// The target of a channel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum ChannelTarget {
-    /// Of a node by its index: three values.
+    /// The translation of the node with this index: three values.
     Translation(usize),
-    /// Of a node by its index: the four of a quaternion, x y z w.
+    /// The rotation of the node with this index: a quaternion's four values, x y z w.
     Rotation(usize),
-    /// Of a node by its index: three values.
+    /// The scale of the node with this index: three values.
     Scale(usize),
-    /// Of a node by its index: as many values as shapes.
+    /// The weights of the node with this index: one value for each shape.
     Weights(usize),
-    /// Of a light by its index in `Scene::lights`.
+    /// A value of a light, by its index in `Scene::lights`.
     Light(usize, LightValue),
-    /// Of a camera by its index in `Scene::cameras`.
+    /// A value of a camera, by its index in `Scene::cameras`.
     Camera(usize, CameraValue),
-    /// Of a material by its index in `Scene::materials`.
+    /// A value of a material, by its index in `Scene::materials`.
     Material(usize, MaterialValue),
-    /// The cell that an object shows, by its index in `Scene::objects`: one whole number, from key to key at once.
+    /// The cell that an object shows, by its index in `Scene::objects`: one whole number, which changes at each key without interpolation.
     Cell(usize),
 }
 
@@ -151,9 +151,9 @@ pub enum LightValue {
 /// The values of a camera that move, besides its node.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum CameraValue {
-    /// Radians, of a perspective one.
+    /// The vertical field of view of a perspective camera, in radians.
     FovY,
-    /// Half the height of an orthographic one's picture, in metres.
+    /// Half the height of an orthographic camera's picture, in metres.
     HalfHeight,
     /// Metres.
     Near,
@@ -170,18 +170,18 @@ pub enum MaterialValue {
     Roughness,
     /// Linear RGB, without its strength.
     Emissive,
-    /// Multiplies the emitted colour: that of [`MaterialValue::Emissive`] where a clip moves it, else the material's own. So it is a multiple of
-    /// the strength that these two hold already.
+    /// A factor of the emitted colour: of [`MaterialValue::Emissive`] if a clip moves it, else of the material's own. It multiplies the strength that
+    /// this colour already contains.
     EmissiveStrength,
-    /// Of the normal map.
+    /// The scale of the normal map.
     NormalScale,
     /// 0 to 1.
     AlphaCutoff,
-    /// Of a slot by its number: two values.
+    /// The texture offset of the slot with this number: two values.
     UvOffset(u8),
-    /// Of a slot by its number: radians.
+    /// The texture rotation of the slot with this number: radians.
     UvRotation(u8),
-    /// Of a slot by its number: two values.
+    /// The texture scale of the slot with this number: two values.
     UvScale(u8),
 }
 
@@ -190,44 +190,45 @@ pub enum MaterialValue {
 pub struct Channel {
     /// The value that they move.
     pub target: ChannelTarget,
-    /// In seconds, each after the one before it.
+    /// The times of the keys in seconds, ascending.
     pub times: Vec<f64>,
-    /// For each time as many as the target has, three times as many where the interpolation is cubic.
+    /// The values of the keys: for each time as many as the target has, three times as many for a cubic.
     pub values: Vec<f64>,
-    /// Between the keys.
+    /// The interpolation between the keys.
     pub interpolation: Interpolation,
 }
 
 /// Channels that play together.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Clip {
-    /// As `--clip` takes it.
+    /// The name, as `--clip` takes it.
     pub name: String,
-    /// At most one for each target.
+    /// The channels, at most one for each target.
     pub channels: Vec<Channel>,
 }
 
-/// The motion of a scene; empty in one that stands still.
+/// The motion of a scene; empty if it stands still.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Motion {
-    /// Parents before their children.
+    /// The nodes, parents before their children.
     pub nodes: Vec<Node>,
     /// `Object::skin` indexes it.
     pub skins: Vec<Skin>,
-    /// In the order of their files.
+    /// The clips, in the order of their files.
     pub clips: Vec<Clip>,
-    /// By light, the node that it hangs on and looks along the -Z of; shorter than the list of lights where the last ones hang on none.
+    /// For each light, the node that it is attached to; it shines along the node's -Z. The list may be shorter than the list of lights: the others
+    /// have none.
     pub light_nodes: Vec<Option<usize>>,
 }
 
 /// The joints of a skin that move each vertex of a mesh, and their weights.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Influences {
-    /// For each vertex: 4 or 8.
+    /// The number of joints for each vertex: 4 or 8.
     pub per_vertex: usize,
     /// Indices in [`Skin::joints`]; `per_vertex` for each vertex.
     pub joints: Vec<u16>,
-    /// Not negative, those of a vertex sum to 1; as many as `joints`.
+    /// The weights of the joints, as many as `joints`. They are not negative, and the weights of a vertex sum to 1.
     pub weights: Vec<f32>,
 }
 
@@ -235,17 +236,17 @@ pub struct Influences {
 /// positions.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Morph {
-    /// For messages and reports.
+    /// The name in messages and reports.
     pub name: String,
-    /// Metres.
+    /// The offsets of positions, in metres.
     pub positions: Vec<[f32; 3]>,
-    /// Of unit normals.
+    /// The differences of unit normals.
     pub normals: Vec<[f32; 3]>,
-    /// Of tangents, without the bitangent's sign.
+    /// The differences of tangents, without the bitangent's sign.
     pub tangents: Vec<[f32; 3]>,
-    /// Of the first set.
+    /// The offsets of the first set of texture coordinates.
     pub uvs: Vec<[f32; 2]>,
-    /// Linear RGB and alpha.
+    /// The differences of colours: linear RGB and alpha.
     pub colors: Vec<[f32; 4]>,
 }
 
@@ -264,7 +265,7 @@ impl Motion {
         self.clips.iter().flat_map(|clip| &clip.channels).filter_map(material).collect()
     }
 
-    /// A material that asks for all that it does at some key: plans are made for it.
+    /// Returns the material with the largest values that it has at any key. Plans are made for it.
     pub fn widest(&self, index: usize, material: &Material) -> Material {
         let mut widest = material.clone();
         for channel in self.clips.iter().flat_map(|clip| &clip.channels) {
@@ -293,7 +294,7 @@ impl Motion {
         self.clips.iter().flat_map(|clip| &clip.channels).filter_map(object).collect()
     }
 
-    /// The lights that hang on nodes, and those that clips change.
+    /// The lights that are attached to nodes, and the lights that clips change.
     pub fn moved_lights(&self) -> BTreeSet<usize> {
         let hung = self.light_nodes.iter().enumerate().filter_map(|(light, node)| node.map(|_| light));
         let changed = self.clips.iter().flat_map(|clip| &clip.channels).filter_map(|channel| match channel.target {

@@ -11,9 +11,9 @@ pub enum ClipChoice {
     /// All of them at once. If two move the same target, the later one wins.
     #[default]
     All,
-    /// Those with these indices in [`Motion::clips`], in this order: the last one wins.
+    /// The clips with these indices in [`Motion::clips`], in this order. If two move the same target, the later one wins.
     Only(Vec<usize>),
-    /// None: everything stands as it does at rest.
+    /// No clips: everything is at rest.
     None,
 }
 
@@ -35,12 +35,12 @@ impl Default for Playing {
 }
 
 impl Playing {
-    /// All clips so many seconds after they began, each looped.
+    /// All clips at `time` seconds after their beginning, looped.
     pub fn at(time: f64) -> Self {
         Self { time, ..Self::default() }
     }
 
-    /// The same clips at another time.
+    /// Returns the same choice of clips at another time.
     #[must_use]
     pub fn with_time(&self, time: f64) -> Self {
         Self { time, ..self.clone() }
@@ -71,7 +71,7 @@ impl Motion {
         self.playing(choice).map(Clip::duration).fold(0.0, f64::max)
     }
 
-    /// The clips that play where nobody has chosen any: all, but of those that move the same thing only the first, as a walk and a run of one figure.
+    /// The clips that play by default: all, but if several move the same target, as a walk and a run of one figure do, only the first of them.
     pub fn usual_clips(&self) -> ClipChoice {
         let mut moved = HashSet::new();
         let mut is_usual = |clip: &Clip| {
@@ -85,11 +85,12 @@ impl Motion {
         if usual.len() == self.clips.len() { ClipChoice::All } else { ClipChoice::Only(usual) }
     }
 
-    /// The clips with these names; all of those that share a name. `all` is all of them and `none` is no clip, unless one has that name. The number of a clip, counted
-    /// from 0, is its name as well where no clip has that one: files need not name their clips. Without names [`Motion::usual_clips`].
+    /// The clips with these names, all of them if several share a name. `all` selects all clips and `none` no clip, unless a clip has that name. A
+    /// clip's number, counted from 0, is also accepted unless a clip has it as its name: files need not name their clips. An empty list selects
+    /// [`Motion::usual_clips`].
     ///
     /// # Errors
-    /// [`Error::Setting`] with the names that there are.
+    /// [`Error::Setting`] for an unknown name, with the names that exist.
     pub fn choose(&self, names: &[String]) -> Result<ClipChoice, Error> {
         let mut chosen = Vec::new();
         for name in names {

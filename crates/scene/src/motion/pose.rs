@@ -8,32 +8,32 @@ use crate::{Camera, Light, Look, Material, Object, Scene, unit};
 /// The most values that a light, a camera or a material has of one kind.
 const MOST: usize = 4;
 
-/// A moment of a scene: the places of its nodes, their weights of shapes, and the values of lights, cameras and materials that clips have changed.
+/// A moment of a scene: the transforms of its nodes, their shape weights, and the values of lights, cameras and materials that clips have changed.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Pose {
     worlds: Vec<DAffine3>,
-    /// Of all nodes, one after another; `first_weights[node]..first_weights[node + 1]` are those of one.
+    /// The weights of all nodes, one node after another. Node `node` has `first_weights[node]..first_weights[node + 1]`.
     weights: Vec<f64>,
     first_weights: Vec<usize>,
-    /// In the order of the clips: the last of a target counts.
+    /// The changed values, in the order of the clips: the last one of a target counts.
     values: Vec<(ChannelTarget, [f64; MOST])>,
-    /// By object, in the order of their numbers: the cells that clips have it show.
+    /// The cells that clips set, with the object's index, in ascending order of it.
     cells: Vec<(usize, u32)>,
-    /// In seconds; for particles, which no clip moves.
+    /// The time in seconds, for particles, which no clip moves.
     time: f64,
-    /// Kept for the next moment.
+    /// The nodes' placements; the allocation is kept for the next moment.
     placements: Vec<Placement>,
 }
 
 impl Motion {
-    /// Returns the pose of a moment. Channels of later clips win over those of earlier ones that move the same.
+    /// Returns the pose at a moment. If several clips move the same target, the later one wins.
     pub fn pose(&self, playing: &Playing) -> Pose {
         let mut pose = Pose::default();
         self.pose_into(playing, &mut pose);
         pose
     }
 
-    /// The same into a pose whose memory is used again: nothing is allocated when it has held one of this motion before.
+    /// Writes the pose at a moment into an existing pose. It allocates nothing if the pose has been used for this motion before.
     pub fn pose_into(&self, playing: &Playing, pose: &mut Pose) {
         pose.rest(self);
         pose.time = playing.time;
@@ -90,7 +90,7 @@ impl Pose {
             ChannelTarget::Weights(node) => {
                 let ends = self.first_weights.get(node).zip(self.first_weights.get(node + 1));
                 if let Some((&from, &to)) = ends {
-                    // Keys may have fewer or more than the node, where nobody has checked the scene.
+                    // The number of keyed values may differ from the node's if the scene was not checked.
                     let count = (to - from).min(channel.width());
                     channel.sample(time, &mut self.weights[from..from + count]);
                 }
@@ -98,7 +98,7 @@ impl Pose {
             ChannelTarget::Cell(object) => {
                 let mut value = [0.0];
                 if channel.sample(time, &mut value) {
-                    // The cast takes negative values for 0, and too large ones for the largest number.
+                    // The cast saturates: negative values become 0.
                     self.cells.push((object, value[0] as u32));
                 }
             }
@@ -112,7 +112,7 @@ impl Pose {
         }
     }
 
-    /// The last clip that moves a cell wins, and an object's is found by its number.
+    /// Makes the last clip that moves a cell win, and sorts the cells by object for the search.
     fn settle_cells(&mut self) {
         self.cells.reverse();
         self.cells.sort_by_key(|(object, _)| *object);
@@ -126,19 +126,19 @@ impl Pose {
                 Local::Parts(_) => self.placements[index].to_affine(),
                 Local::Fixed(transform) => transform,
             };
-            // A parent that comes later, where nobody has checked the scene, counts as none.
+            // A parent that comes later, in a scene that was not checked, counts as none.
             let parent = node.parent.and_then(|parent| self.worlds.get(parent));
             let world = parent.map_or(local, |parent| *parent * local);
             self.worlds.push(world);
         }
     }
 
-    /// Returns true if it is a moment of this motion, as far as the number of nodes tells; that of none is not.
+    /// Returns true if the pose fits this motion, judged by the number of nodes; false for an empty pose.
     pub fn is_of(&self, motion: &Motion) -> bool {
         !self.worlds.is_empty() && self.worlds.len() == motion.nodes.len()
     }
 
-    /// From a node's space to the world's; the identity of a node that is not there.
+    /// Returns the transform from a node's space to the world; the identity for a node that does not exist.
     pub fn world(&self, node: usize) -> DAffine3 {
         self.worlds.get(node).copied().unwrap_or(DAffine3::IDENTITY)
     }
@@ -159,19 +159,19 @@ impl Pose {
         out.extend(joints.map(|(&joint, bind)| back * (self.world(joint) * *bind)));
     }
 
-    /// Returns the transform of an object from its mesh, or from where its joints are: the world of its node, or its own transform if it has a skin or no
-    /// node.
+    /// Returns the transform of an object from its mesh, or from its joints: the world transform of its node, or its own transform if it has a skin
+    /// or no node.
     pub fn object_transform(&self, object: &Object) -> DAffine3 {
         let node = object.node.filter(|_| object.skin.is_none());
         node.and_then(|node| self.worlds.get(node)).copied().unwrap_or(object.transform)
     }
 
-    /// The scene's lights as they are now, within the ranges that lights have.
+    /// The scene's lights at this moment, clamped to valid ranges.
     pub fn lights(&self, scene: &Scene) -> Vec<Light> {
         (0..scene.lights.len()).map(|index| self.light(scene, index)).collect()
     }
 
-    /// One of them, by its index in [`Scene::lights`].
+    /// A light at this moment, by its index in [`Scene::lights`].
     pub fn light(&self, scene: &Scene, index: usize) -> Light {
         let mut light = scene.lights[index].clone();
         let node = scene.motion.light_nodes.get(index).copied().flatten();
@@ -189,7 +189,7 @@ impl Pose {
         light
     }
 
-    /// A material as it is now, by its index in [`Scene::materials`], within the ranges that materials have.
+    /// A material at this moment, by its index in [`Scene::materials`], clamped to valid ranges.
     pub fn material(&self, scene: &Scene, index: usize) -> Material {
         let changes = self.values.iter().filter_map(|(target, value)| match *target {
             ChannelTarget::Material(own, kind) if own == index => Some((kind, value)),
@@ -198,7 +198,7 @@ impl Pose {
         values::changed_material(&scene.materials[index], changes)
     }
 
-    /// The look of an object as it is now, by its index in [`Scene::objects`]; `None` where it never has one.
+    /// The look of an object at this moment, by its index in [`Scene::objects`]; `None` if it never has one.
     pub fn look(&self, scene: &Scene, index: usize) -> Option<Look> {
         let look = scene.objects.get(index).and_then(|object| object.look);
         match self.cells.binary_search_by_key(&index, |(object, _)| *object) {
@@ -207,7 +207,7 @@ impl Pose {
         }
     }
 
-    /// A camera of [`Scene::cameras`] as it is now; the scene's own where there is none of this index.
+    /// A camera at this moment, by its index in [`Scene::cameras`]; for an invalid index, the scene's own camera.
     pub fn camera(&self, scene: &Scene, index: usize) -> Camera {
         let Some(named) = scene.cameras.get(index) else { return scene.camera };
         let mut camera = named.camera;
@@ -231,7 +231,7 @@ fn vector(channel: &Channel, time: f64) -> Option<DVec3> {
     channel.sample(time, &mut value).then(|| DVec3::from(value))
 }
 
-/// Puts a light where its node is. One whose node is scaled to nothing keeps its direction.
+/// Moves a light to its node. If the node's scale is 0, the light keeps its direction.
 fn hang(light: &mut Light, world: &DAffine3) {
     if let Some(place) = light.kind.place_mut() {
         *place = world.translation;

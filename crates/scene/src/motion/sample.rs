@@ -8,7 +8,7 @@ use super::{Channel, ChannelTarget, Clip, Interpolation};
 /// angle's cube over 16.
 const SAME: f64 = 1e-6;
 
-/// A quaternion of length 1, of one of any finite length but 0; squares of its parts may be more or less than f64 holds.
+/// Scales a quaternion of any finite length but 0 to a length of 1; squares of its components may overflow or underflow f64.
 pub(super) fn unit_rotation(rotation: DQuat) -> DQuat {
     let parts = DVec4::from(rotation);
     match (parts / parts.abs().max_element()).try_normalize() {
@@ -17,12 +17,12 @@ pub(super) fn unit_rotation(rotation: DQuat) -> DQuat {
     }
 }
 
-/// Part of the shorter way from one rotation of length 1 to another, at an even speed.
+/// Interpolates between two rotations of length 1 along the shorter way, at an even speed.
 ///
 /// The angle comes from the chord and its opposite by atan2: the arc cosine of a dot product loses half the digits where rotations nearly agree.
 /// Rotations half a turn apart have two ways of the same length, and the way without a change of sign is taken.
 pub(super) fn slerp(from: DQuat, to: DQuat, share: f64) -> DQuat {
-    // A rotation and its negative are one.
+    // A rotation and its negative are the same.
     let to = if from.dot(to) < 0.0 { -to } else { to };
     let angle = 2.0 * (from - to).length().atan2((from + to).length());
     if angle < SAME {
@@ -34,9 +34,9 @@ pub(super) fn slerp(from: DQuat, to: DQuat, share: f64) -> DQuat {
 
 /// A time's place among keys.
 enum KeyPosition {
-    /// At a key, or before the first or behind the last.
+    /// The time is at a key, or clamped to the first or the last one.
     Key(usize),
-    /// Behind this key, at a share of the way to the next, which is so many seconds away.
+    /// After this key, at a share of the way to the next one; the last number is the seconds between the two keys.
     Between(usize, f64, f64),
 }
 
@@ -55,19 +55,19 @@ fn key_position(times: &[f64], time: f64) -> Option<KeyPosition> {
 }
 
 impl Channel {
-    /// Values that the target has: 3 of a translation, 4 of a rotation, as many as shapes of weights.
+    /// The number of values of the target: 3 for a translation, 4 for a rotation, one for each shape for weights.
     pub fn width(&self) -> usize {
         let each = self.stride();
         if self.interpolation == Interpolation::CubicSpline { each / 3 } else { each }
     }
 
-    /// Values of a key.
+    /// The number of values for each key.
     fn stride(&self) -> usize {
         self.values.len().checked_div(self.times.len()).unwrap_or_default()
     }
 
-    /// Writes the value at a time in seconds of the clip; that of the first key before it, and of the last behind it. Returns false, and writes
-    /// nothing, where there are no keys or they are narrower than `out`.
+    /// Writes the value at a time in seconds of the clip, clamped to the first and the last key. Returns false, and writes nothing, if there are no
+    /// keys or if they have fewer values than `out`.
     pub fn sample(&self, time: f64, out: &mut [f64]) -> bool {
         if out.is_empty() || self.width() < out.len() || time.is_nan() {
             return false;
@@ -118,12 +118,12 @@ impl Channel {
             return;
         }
         for ((out, from), to) in out.iter_mut().zip(from).zip(to) {
-            // Exact at both ends; about `from` alone it would not be at the other.
+            // The sum is exact at both ends; a form based on `from` alone would not be exact at the other.
             *out = from * (1.0 - share) + to * share;
         }
     }
 
-    /// The cubic Hermite spline; tangents are in units a second, so that times the seconds between keys they are in units of the stretch.
+    /// The cubic Hermite spline. Tangents are in units a second; the seconds between the keys convert them to units of the stretch.
     fn cubic(&self, key: usize, share: f64, seconds: f64, out: &mut [f64]) {
         let (width, stride) = (self.width(), self.stride());
         let (here, next) = (&self.values[key * stride..][..stride], &self.values[(key + 1) * stride..][..stride]);
@@ -140,7 +140,7 @@ impl Channel {
 }
 
 impl Clip {
-    /// Up to the last key of its channels, from 0, in seconds.
+    /// The time of the last key of its channels, counted from 0, in seconds.
     pub fn duration(&self) -> f64 {
         let ends = self.channels.iter().filter_map(|channel| channel.times.last().copied());
         ends.fold(0.0, f64::max)

@@ -1,4 +1,4 @@
-//! Values of lights, cameras and materials that clips change, kept within the ranges that these have: a cubic may swing beyond its keys.
+//! Values of lights, cameras and materials that clips change, clamped to valid ranges: a cubic may swing beyond its keys.
 
 use glam::{DVec2, Vec3};
 
@@ -6,7 +6,7 @@ use super::{CameraValue, ChannelTarget, LightValue, MaterialValue};
 use crate::camera::{FOV_Y_DEGREES, HEIGHT};
 use crate::{AlphaMode, Camera, Light, LightKind, Material, Projection, UvMap};
 
-/// Values of a target that is no node's; 0 of a node's.
+/// The number of values of a target that is not a node's; 0 for a node's.
 pub(super) fn count(target: ChannelTarget) -> usize {
     match target {
         ChannelTarget::Translation(_)
@@ -83,8 +83,8 @@ pub(super) fn set_camera(camera: &mut Camera, kind: CameraValue, value: &[f64; 4
     }
 }
 
-/// A material with values changed, the last of each kind. Its emission is the colour of [`MaterialValue::Emissive`], or its own, times
-/// [`MaterialValue::EmissiveStrength`], or 1.
+/// Returns a material with changed values, the last one of each kind. The emission is [`MaterialValue::Emissive`], or the material's own emission,
+/// times [`MaterialValue::EmissiveStrength`], if given.
 pub(super) fn changed_material<'a>(
     material: &Material,
     values: impl Iterator<Item = (MaterialValue, &'a [f64; 4])>,
@@ -130,7 +130,7 @@ fn set_material(material: &mut Material, kind: MaterialValue, value: &[f64; 4]) 
         MaterialValue::UvOffset(slot) => uv_map(material, slot, &|map| map.offset = pair),
         MaterialValue::UvRotation(slot) => uv_map(material, slot, &|map| map.rotation = value[0]),
         MaterialValue::UvScale(slot) => uv_map(material, slot, &|map| map.scale = pair),
-        // Emission is two values together.
+        // Emission combines two values, so it is set elsewhere.
         MaterialValue::Emissive | MaterialValue::EmissiveStrength => {}
     }
 }

@@ -1,4 +1,4 @@
-//! Makes meshes of tobj's objects: cuts polygons, makes missing normals, joins parts that are alike, and splits faces that lie back to back.
+//! Makes meshes of tobj's objects: cuts polygons, makes missing normals, joins parts that are alike, and splits off faces that lie back to back.
 
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
@@ -16,7 +16,7 @@ use crate::texture::srgb_decode;
 use crate::uvs::wrapped;
 use crate::{Error, LoadOptions, Mesh};
 
-/// A mesh and what it belongs to in the scan's tables.
+/// A mesh, with the indices of its group and its material in the scan's tables.
 pub(super) struct GroupMesh {
     pub group: usize,
     pub material: usize,
@@ -27,17 +27,17 @@ pub(super) struct GroupMesh {
     pub is_sheet: bool,
 }
 
-/// All meshes, and the parts of them that are not drawn as the file has them.
+/// All meshes, with the faults that were found.
 #[derive(Default)]
 pub(super) struct ObjGeometry {
     pub groups: Vec<GroupMesh>,
     /// Triangles without area, which are left out.
     pub degenerate: usize,
-    /// Polygons that are a fan for want of time: the index of each one's part, and its number of corners.
+    /// Polygons that are fans because cutting took too long: the index of each one's part, and its number of corners.
     pub fans: Vec<(usize, usize)>,
 }
 
-/// The attributes that a material wants of its meshes.
+/// The attributes that a material needs of its meshes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct MaterialNeeds {
     pub tangents: bool,
@@ -57,7 +57,7 @@ impl Default for MaterialNeeds {
 /// Reads the scanned text with tobj.
 ///
 /// # Errors
-/// `Error::Content` should tobj refuse what the scan let pass.
+/// `Error::Content` if tobj refuses a text that the scan accepted.
 pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<tobj::Mesh>, Error> {
     let options = tobj::LoadOptions { single_index: true, ..tobj::LoadOptions::default() };
     let parsed = tobj::load_obj_buf(&mut text.as_bytes(), &options, |_| Ok(Default::default()));
@@ -69,14 +69,14 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<tobj::Mesh>, Error> {
     Ok(models.into_iter().map(|model| model.mesh).collect())
 }
 
-/// Makes meshes, one for each group and material, and one more where such faces lie back to back. `needs` is by material.
+/// Makes meshes, one for each group and material, and another one for faces that lie back to back. `needs` is indexed by material.
 pub(super) fn build(
     scan: &Scan,
     mut parsed: Vec<tobj::Mesh>,
     needs: &[MaterialNeeds],
     options: &LoadOptions,
 ) -> ObjGeometry {
-    // Where the file gives all normals, nearly all materials have one side.
+    // If the file gives all normals, nearly all materials are one-sided.
     let backed = match scan.parts.iter().all(|part| part.has_normals) {
         true => HashSet::new(),
         false => sheets::backed(&parsed),
@@ -130,20 +130,20 @@ pub(super) fn build(
 struct MeshDraft {
     points: Vec<DVec3>,
     normals: Vec<DVec3>,
-    /// As in the file, V up. Zero where a part has none.
+    /// The texture coordinates of the file, with V up. Zero for parts without any.
     uvs: Vec<DVec2>,
     has_uvs: bool,
     has_made_normals: bool,
     /// True if its faces lie back to back.
     is_sheet: bool,
-    /// Linear; empty where the file has none.
+    /// Linear colours; empty if the file has none.
     colors: Vec<[f32; 4]>,
     indices: Vec<u32>,
 }
 
 impl MeshDraft {
-    /// Adds a part. `colors` holds the colours of the file's vertices, if it has any. Returns the numbers of corners of polygons that are fans for
-    /// want of time.
+    /// Adds a part. `colors` holds the colours of the file's vertices, if it has any. Returns the corner counts of polygons that are fans because
+    /// cutting took too long.
     fn append(&mut self, part: &FaceKey, mesh: tobj::Mesh, colors: &[[f32; 3]]) -> Vec<usize> {
         let points: Vec<DVec3> = mesh.positions.as_chunks().0.iter().map(|&p| DVec3::from_array(p)).collect();
         let uvs: Vec<DVec2> = match part.has_uvs {
@@ -152,13 +152,13 @@ impl MeshDraft {
         };
         self.has_uvs |= part.has_uvs;
         let Triangulation { triangles, normals: face_normals, fans } = triangulation(&points, &mesh);
-        // tobj hands through the vertices' numbers as red.
+        // tobj passes the vertices' numbers through as red.
         let numbers = mesh.vertex_color.as_chunks::<3>().0.iter().map(|&[number, ..]| number as usize);
         let own_colors: Vec<[f32; 4]> =
             numbers.filter_map(|number| colors.get(number)).map(|own| linear(*own)).collect();
         let normals = mesh.normals.as_chunks().0.iter().map(|&n| DVec3::from_array(n).normalize_or_zero());
         let normals: Vec<DVec3> = if part.has_normals { normals.collect() } else { Vec::new() };
-        // Where no normal has a length, the file has none.
+        // If no normal has a length, the file has no normals.
         if normals.iter().any(|normal| *normal != DVec3::ZERO) {
             let base = self.points.len() as u32;
             self.normals.extend(normals);
@@ -191,7 +191,7 @@ impl MeshDraft {
         mesh.indices = self.indices;
         let degenerate = mesh.remove_degenerate_triangles();
         if self.normals.contains(&DVec3::ZERO) {
-            // The file gave a normal of no length: the triangles' normals are better than none.
+            // The file gave a normal of length 0, so the triangles' normals are used.
             mesh.compute_normals();
         } else {
             mesh.normals = vec![[0.0; 3]; self.normals.len()];
@@ -204,7 +204,7 @@ impl MeshDraft {
             let placed = self.uvs.iter().map(|&uv| uv * needs.uv_scale + needs.uv_offset);
             let turned_over: Vec<DVec2> = placed.map(|uv| DVec2::new(uv.x, 1.0 - uv.y)).collect();
             mesh.uvs = match needs.is_clamped {
-                // Other repeats of a picture that has one only are its edges.
+                // A clamped picture does not repeat: coordinates moved by a whole number would show its edge.
                 true => turned_over.iter().map(|uv| uv.as_vec2().to_array()).collect(),
                 false => wrapped(&turned_over, &mesh.indices),
             };
@@ -226,9 +226,9 @@ fn linear(color: [f32; 3]) -> [f32; 4] {
 #[derive(Default)]
 struct Triangulation {
     triangles: Vec<[u32; 3]>,
-    /// By triangle, the unit normal of its polygon; zero when that has no area.
+    /// The unit normal of each triangle's polygon; zero if the polygon has no area.
     normals: Vec<DVec3>,
-    /// Of each polygon that is a fan for want of time, the number of corners.
+    /// The corner count of each polygon that is a fan because cutting took too long.
     fans: Vec<usize>,
 }
 

@@ -26,7 +26,7 @@ pub(super) struct PendingMaterial {
     pub has_color: bool,
 }
 
-/// Returns the material of faces whose own is nowhere defined.
+/// Returns the material for faces whose material is not defined anywhere.
 pub(super) fn plain(name: &str) -> PendingMaterial {
     let mut pending = PendingMaterial::default();
     if !name.is_empty() {
@@ -65,7 +65,7 @@ pub(super) fn read(definition: &Definition, folders: &[&Path], warnings: &mut Ve
         if source.specular.is_none() {
             pending.material.specular = Vec3::ONE;
         }
-        // Without Ks the slot would be that of a dielectric's reflectance.
+        // The slot would hold a dielectric's reflectance if there were no Ks.
         if pending.material.specular != Vec3::ZERO {
             pending.requests.push((TextureSlot::Specular, MapRequest::Color { image: Some(image), mask: None }));
         }
@@ -95,7 +95,7 @@ impl MaterialReader<'_> {
     }
 
     fn number(&self, keyword: &str) -> Option<f32> {
-        // `mtl` has checked that it is one.
+        // `mtl` has checked that it is a number.
         self.unknown(keyword)?.parse().ok()
     }
 
@@ -145,7 +145,7 @@ impl MaterialReader<'_> {
         }
         let opacity = opacity.filter(|&opacity| opacity < 1.0);
         if let Some(opacity) = opacity.filter(|&opacity| opacity <= 0.0) {
-            // Some exporters write `d` for `Tr` and the other way round, and nobody models what cannot be seen.
+            // Some exporters swap `d` and `Tr`, and nobody models invisible surfaces.
             self.warn(keyword, &format!("opacity {opacity} would leave nothing to see, drawn opaque"));
         }
         let alpha = opacity.filter(|&opacity| opacity > 0.0).map(|opacity| opacity as f32);
@@ -167,7 +167,7 @@ impl MaterialReader<'_> {
     fn color(&mut self, pending: &mut PendingMaterial, diffuse: Option<&(MapImage, Map)>) {
         let mask = self.map("map_d", self.definition.source.dissolve_texture.as_deref()).map(|(mask, _)| mask);
         let image = diffuse.map(|(image, _)| image.clone());
-        // The colour map again means its own alpha, which counts anyway.
+        // A mask that is the colour map itself means the map's own alpha, which counts anyway.
         let mask = mask.filter(|mask| mask.channel.is_some() || image.as_ref().is_none_or(|i| i.path != mask.path));
         if image.is_some() || mask.is_some() {
             pending.requests.push((TextureSlot::BaseColor, MapRequest::Color { image, mask }));
@@ -208,7 +208,7 @@ impl MaterialReader<'_> {
         if metallic.is_some() && pending.material.metallic == 0.0 {
             pending.material.metallic = 1.0;
         }
-        // As it is, in green.
+        // Shininess stays unchanged, in green.
         let share = shininess.clone().map(|source| MapRequest::MetallicRoughness {
             roughness: Some(source),
             shininess: None,
@@ -240,7 +240,7 @@ impl MaterialReader<'_> {
     }
 }
 
-/// Luminance of Ka over that of Kd, at most 1.
+/// The ambient share: luminance(Ka) / luminance(Kd), at most 1.
 fn ambient_share(ambient: Vec3, diffuse: Vec3) -> f32 {
     let luminance = |color: Vec3| color.dot(Vec3::new(0.2126, 0.7152, 0.0722));
     if luminance(diffuse) > 0.0 { (luminance(ambient) / luminance(diffuse)).min(1.0) } else { 1.0 }
@@ -263,7 +263,7 @@ pub(super) fn finish(
     let done = AtomicUsize::new(0);
     let make = |request: &&MapRequest| {
         let mut made = request.make();
-        // Normal maps may be turned over when all have been looked at.
+        // Normal maps get their levels later, since they may still be flipped.
         if made.downwardness.is_none() {
             made.texture.iter_mut().for_each(Texture::make_levels);
         }
@@ -275,7 +275,7 @@ pub(super) fn finish(
     let mut outcomes = Vec::new();
     for MapTexture { texture, warnings: own, lost, opacity, downwardness } in made {
         for warning in own {
-            // An image that several maps name is named once.
+            // The warning about an image is given once, even if several maps use it.
             if !warnings.contains(&warning) {
                 warnings.push(warning);
             }
@@ -337,15 +337,15 @@ impl FinishedTexture {
             }
             TextureSlot::Emissive if first => material.emissive = without.emissive,
             TextureSlot::Specular if first => material.specular = without.specular,
-            // The scale is in the map already, or there is no map.
+            // The scale is baked into the map, or there is no map.
             TextureSlot::Normal if self.downwardness.is_none() => material.normal_scale = 1.0,
             _ => {}
         }
     }
 }
 
-/// MTL does not say which way a normal map's green points. All of a model's maps come from one tool, so they vote. Then their levels are made.
-/// `maps` has the evidence of each by its place among the textures.
+/// MTL does not define the direction of a normal map's green. All maps of a model come from one tool, so they vote. Then their levels are made.
+/// `maps` holds the evidence of each map, by its index among the textures.
 fn finish_normal_maps(textures: &mut [Texture], maps: &BTreeMap<usize, f32>, warnings: &mut Vec<String>) {
     let mean = maps.values().sum::<f32>() / maps.len().max(1) as f32;
     let points_down = mean > CLEARLY_DOWN;
@@ -362,8 +362,8 @@ fn finish_normal_maps(textures: &mut [Texture], maps: &BTreeMap<usize, f32>, war
     });
 }
 
-/// The definitions of the libraries that an OBJ names. One that cannot be read is named in a warning. Where none is there, the file
-/// that has the OBJ's name and `.mtl` stands in.
+/// The definitions of the libraries that an OBJ names. A library that cannot be read gives a warning. If none exists, the file with the OBJ's name
+/// and `.mtl` is tried.
 ///
 /// A line may name several files, or one with spaces: the longest run of words that is a file is taken.
 pub(super) fn read_libraries(obj: &Path, libraries: &[(String, usize)], warnings: &mut Vec<String>) -> Vec<Definition> {

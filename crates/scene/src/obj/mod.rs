@@ -1,18 +1,17 @@
 //! Wavefront OBJ and MTL, as real files have them. This module needs the feature `readers`.
 //!
-//! tobj parses; around it [`scan`](self) and its MTL twin check numbers and indices while their line is known and bring into
-//! shape what tobj would refuse, misread or drop. All that can be drawn is drawn; a warning names the first part of each kind that is left out,
-//! and counts the others. Only a file of which no face can be drawn is refused.
+//! tobj parses. Around it [`scan`](self) and its MTL twin check numbers and indices while their line is known, and rewrite everything that tobj would
+//! refuse, misread or drop. Everything that can be drawn is drawn; a warning names the first part of each kind that is left out, and counts the
+//! others. Only a file of which no face can be drawn is refused.
 //!
 //! **Text.** UTF-8, UTF-16 or Latin-1, with any line ends; keywords in any case; a decimal comma counts as a point. A backslash continues its line
 //! unless it ends a comment, a name or the last line before another statement.
 //!
-//! **Geometry.** Positions are read as f64 and recentred by mesh, one mesh for each group and material. Polygons are cut, also
-//! concave ones. A face is left out if one of its vertices is missing or has no place. Texture coordinates that are no numbers are 0. Missing
-//! normals follow smoothing groups; a file without any gets edges above 60 degrees hard and all others
-//! smooth. Two faces back to back are each seen from their own side. Tangents are made where a material has a normal map. V is turned over, so that
-//! (0, 0) is the image's upper left.
-//! Points, lines and free-form surfaces are not drawn.
+//! **Geometry.** Positions are read as f64 and recentred by mesh, one mesh for each group and material. Polygons are cut, also concave ones. A face
+//! is left out if one of its vertices is missing or has no position. Texture coordinates that are not numbers are 0. Missing normals follow smoothing
+//! groups; in a file without any, edges above 60 degrees are hard and all others smooth. Two faces back to back are each seen from their own side.
+//! Tangents are made if a material has a normal map. V is flipped, so that (0, 0) is the image's upper left. Points, lines and free-form surfaces are
+//! not drawn.
 //!
 //! **Colours of vertices**, `v x y z r g b`, are no part of the format. They are taken as sRGB, as photogrammetry and Blender write them, in codes of
 //! 8 or 16 bits where one is above 1, and multiply `Kd`. A material with a `map_Kd` is drawn without them: both show the same photographs. ZBrush's
@@ -24,9 +23,9 @@
 //! |---|---|
 //! | `Kd`, `map_Kd` | base colour: their product; a black `Kd` beside a map counts as white |
 //! | `map_d`, alpha of `map_Kd` | alpha; blended if most texels are neither opaque nor clear, else masked at a half, and two-sided, if anything is below it; 0 everywhere is drawn opaque with a warning |
-//! | `d`, `Tr` | alpha, and blended over what lies behind, from 0 (exclusive) to 1; 0, which leaves nothing, is drawn opaque with a warning |
+//! | `d`, `Tr` | alpha, and blended over surfaces behind it, from 0 (exclusive) to 1; 0, which leaves nothing, is drawn opaque with a warning |
 //! | `Ns`, `map_Ns` | shininess; perceptual roughness (2 / (Ns + 2))^(1/4), whose highlight is as wide; rough without `Ns` |
-//! | `Pr`, `Pm`, `map_Pr`, `map_Pm` | roughness and metalness, before what `Ns` says; 0 metallic without |
+//! | `Pr`, `Pm`, `map_Pr`, `map_Pm` | roughness and metalness, which override `Ns`; metallic is 0 if they are missing |
 //! | `Ks`, `map_Ks` | specular colour of the Phong models; F0 stays 0.04 whatever it is |
 //! | `Ka` | ambient share of the Phong models: luminance of Ka over Kd |
 //! | `Ke`, `map_Ke` | emitted radiance in nits; in a bare model, which stands in the sun, shares of the radiance that is drawn as white |
@@ -121,7 +120,7 @@ fn cut_as_fans(scan: &Scan, fans: &[(usize, usize)]) -> Option<String> {
     Some(format!("{first}: a face of many corners crosses itself, so that it may cover what lies beside it{more}"))
 }
 
-/// Gives faces that lie back to back materials with one side. `sheets` says by object whether its faces do.
+/// Gives faces that lie back to back one-sided materials. `sheets` tells for each object whether its faces do.
 fn part_sheets(imported: &mut Imported, sheets: &[bool]) {
     let mut copies = HashMap::new();
     for (object, _) in imported.objects.iter_mut().zip(sheets).filter(|(_, is_sheet)| **is_sheet) {
@@ -136,8 +135,8 @@ fn part_sheets(imported: &mut Imported, sheets: &[bool]) {
     }
 }
 
-/// Drops the colours of vertices on textured materials, and makes a material without a `Kd` white, so that vertex colours show unchanged. `have_colors` says by
-/// material whether it has one.
+/// Drops the vertex colours of textured materials, and makes a material without a `Kd` white, so that vertex colours show unchanged. `have_colors`
+/// tells for each material whether it has a `Kd`.
 fn decide_colors(imported: &mut Imported, path: &Path, have_colors: &[bool]) {
     let mut unused = 0;
     for object in &imported.objects {
@@ -161,8 +160,8 @@ fn decide_colors(imported: &mut Imported, path: &Path, have_colors: &[bool]) {
     }
 }
 
-/// OBJ cannot say that a face is one-sided. If the file gives normals and nearly all faces are wound to agree with them, it was made with
-/// fronts in mind, and backs are left out; any other file is drawn from both sides, as are sheets with holes (leaves, chains).
+/// OBJ cannot mark a face as one-sided. If the file gives normals and nearly all faces are wound to agree with them, it was made with fronts in mind,
+/// and back faces are culled. Any other file is drawn from both sides, and so are masked materials (leaves, chains).
 fn decide_sides(imported: &mut Imported, normals_given: bool) {
     let mut faces = vec![(0_usize, 0_usize); imported.materials.len()];
     for object in &imported.objects {
@@ -175,7 +174,7 @@ fn decide_sides(imported: &mut Imported, normals_given: bool) {
     }
 }
 
-/// A material for each material that the OBJ uses, in its order. Adds the files that they come from, and those of their textures.
+/// Reads a material for each material that the OBJ uses, in the same order. Adds the MTL files and the texture files to `files`.
 fn read_materials(
     path: &Path,
     scan: &Scan,
@@ -204,7 +203,7 @@ fn read_materials(
         pending.push(match found {
             Some(index) => {
                 let definition = &definitions[index];
-                // Names are relative to the MTL; some exporters mean the OBJ.
+                // Names are relative to the MTL file, but some exporters make them relative to the OBJ.
                 let folders = [definition.file.parent().unwrap_or(Path::new("")), folder];
                 materials::read(definition, &folders, warnings)
             }
@@ -227,7 +226,7 @@ fn read_materials(
     pending
 }
 
-/// A material's name without the differences that programs make between OBJ and MTL: case, quotes, runs of spaces, a comment behind.
+/// A material's name, without the differences that programs make between OBJ and MTL: case, quotes, runs of spaces, a comment after it.
 fn plain_name(name: &str) -> String {
     let words = name.split_whitespace().take_while(|word| !word.starts_with('#'));
     words.collect::<Vec<_>>().join(" ").trim_matches('"').to_lowercase()
@@ -235,7 +234,7 @@ fn plain_name(name: &str) -> String {
 
 fn place(imported: &mut Imported, scan: &Scan, GroupMesh { group, material, mut mesh, .. }: GroupMesh) {
     if imported.materials[material].normal_texture.is_none() {
-        // Its bump map turned out to be none.
+        // The bump map turned out not to be a normal map.
         mesh.tangents = Vec::new();
     }
     let object = Object::new(&scan.groups[group], imported.meshes.len(), material, DAffine3::IDENTITY);

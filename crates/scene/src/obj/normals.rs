@@ -1,4 +1,4 @@
-//! Normals for faces that come without.
+//! Normals for faces without normals.
 
 use std::collections::HashMap;
 
@@ -7,13 +7,13 @@ use glam::DVec3;
 use super::scan::Smoothing;
 use crate::mesh::corner_angle;
 
-/// In a file that never speaks of smoothing, edges up to 60 degrees are smooth: round things look round, boxes stay boxes.
+/// In a file without smoothing statements, edges up to 60 degrees are smooth: round things look round, boxes stay boxes.
 const CREASE_COSINE: f64 = 0.5;
 
 /// In a smoothing group, triangles back to back lie on different sides of a sheet.
 const OTHER_SIDE: f64 = -0.9;
 
-/// Around a vertex of more triangles than this the crease test, which compares all pairs, is not made.
+/// The crease test compares all pairs of triangles around a vertex. It is skipped for vertices of more triangles than this.
 const MOST_PAIRS: usize = 1024;
 
 /// Triangles of one part: corners into `points`, and the normal of the polygon that each was cut from (zero if it has none).
@@ -51,7 +51,7 @@ pub(super) fn corner_normals(faces: &Faces, smoothing: Smoothing) -> Vec<[DVec3;
     faces.triangles.iter().enumerate().map(|(t, corners)| corners.map(|vertex| corner_normal(t, vertex))).collect()
 }
 
-/// The same number for points at the same place.
+/// Numbers the points so that points at the same place have the same number.
 fn weld(points: &[DVec3]) -> Vec<usize> {
     let mut places = HashMap::with_capacity(points.len());
     points

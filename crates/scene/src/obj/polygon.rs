@@ -34,7 +34,7 @@ pub(super) fn triangulate(points: &[DVec3], mut emit: impl FnMut([usize; 3])) ->
     true
 }
 
-/// The polygon in the plane that it covers most of, counter-clockwise.
+/// Projects the polygon to the plane in which its area is largest, counter-clockwise.
 fn project(points: &[DVec3]) -> Vec<DVec2> {
     let normal = newell_normal(points);
     let u = normal.normalize_or(DVec3::Z).any_orthonormal_vector();
@@ -64,7 +64,7 @@ mod tests {
     }
 
     fn outline(points: &[[f64; 2]]) -> Vec<DVec3> {
-        // In a slanted plane, so that the projection has something to do.
+        // The outline lies in a slanted plane, so that the projection is tested.
         let (u, v) = (DVec3::new(1.0, 2.0, 0.5).normalize(), DVec3::new(-2.0, 1.0, 0.0).normalize());
         points.iter().map(|&[x, y]| DVec3::splat(1e4) + u * x + v * y).collect()
     }

@@ -56,7 +56,7 @@ pub(super) struct Scan {
     pub colors: Vec<[f32; 3]>,
     /// Faces of many corners: the index of its part, how many corners, and its line.
     pub large: Vec<(usize, usize, usize)>,
-    /// Warnings of what is not drawn, a line each.
+    /// Warnings about lines that are not drawn, a line each.
     pub warnings: Vec<String>,
 }
 
@@ -99,9 +99,9 @@ impl Interner {
 
 #[derive(Default)]
 struct Scanner {
-    /// `v`, `vt` and `vn` so far, as tobj shall read them.
+    /// The `v`, `vt` and `vn` lines so far, as tobj shall read them.
     text: String,
-    /// The same for each part's faces.
+    /// The `f` lines of each part, as tobj shall read them.
     faces: Vec<String>,
     parts: Vec<FaceKey>,
     part_ids: HashMap<FaceKey, usize>,
@@ -295,10 +295,10 @@ impl Scanner {
         }
     }
 
-    /// One-based indices of position, texture coordinate and normal; 0 where there is none.
+    /// Reads a corner: one-based indices of position, texture coordinate and normal; 0 for an absent one.
     ///
     /// # Errors
-    /// What is wrong with the position's index.
+    /// The fault of the position's index.
     fn corner(&mut self, line: usize, word: &str) -> Result<[usize; 3], String> {
         let mut indices = [0; 3];
         for (kind, part) in word.split('/').enumerate() {

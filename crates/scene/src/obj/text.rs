@@ -115,7 +115,7 @@ fn trimmed(line: &str) -> &str {
     line.trim_matches(|c: char| c.is_whitespace() || matches!(c, '\u{feff}' | '\u{1a}'))
 }
 
-/// A statement's keyword and what follows it.
+/// Splits a statement into its keyword and the rest.
 pub(super) fn split_keyword(statement: &str) -> (&str, &str) {
     match statement.split_once(char::is_whitespace) {
         Some((keyword, rest)) => (keyword, rest.trim_start()),

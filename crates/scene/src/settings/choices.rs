@@ -1,8 +1,8 @@
-//! The values that settings choose among, as far as no one effect has them: each is declared once, with its name.
+//! The values that settings choose among, except choices that belong to a single effect. Each is declared once, with its name.
 
-/// Makes an enum of values that have names, as a command line, a scene file and JSON spell them: `NAMES`, `name()`, `Display`, and `FromStr`, whose errors
-/// list what is possible. Names are kebab-case; a command line and a scene file may have an underscore and upper case as well. A name that has been replaced
-/// stands behind the new one, is still read, and is neither listed nor written.
+/// Makes an enum of named values, as a command line, a scene file and JSON spell them: `NAMES`, `name()`, `Display`, and `FromStr`, whose errors list
+/// the possible names. Names are kebab-case; a command line and a scene file may use underscores and upper case as well. A replaced name is given
+/// after the new one: it is still read, but neither listed nor written.
 macro_rules! choice {
     (
         $(#[$about:meta])*
@@ -96,7 +96,7 @@ choice! {
         /// From back to front, by object and by triangle within one: exact where surfaces do not pass through each other.
         #[default]
         Sorted => "sorted",
-        /// Weighted blended, in any order (McGuire and Bavoil 2013): an estimate where surfaces overlap, exact where there is one.
+        /// Weighted blended, in any order (McGuire and Bavoil 2013): an estimate where surfaces overlap, exact for a single surface.
         Oit => "oit",
     }
 }
@@ -133,7 +133,7 @@ choice! {
     /// The API of barriers, render passes and submissions. The picture is the same.
     #[derive(Default)]
     pub enum SyncApi: "synchronization" {
-        /// That of Vulkan 1.0.
+        /// The API of Vulkan 1.0.
         #[default]
         One => "1",
         /// VK_KHR_synchronization2, with its finer stages and accesses.
@@ -145,10 +145,10 @@ choice! {
     /// The queues that a frame's work goes to. The picture is the same.
     #[derive(Default)]
     pub enum Queues: "queues" {
-        /// The one that does everything.
+        /// One queue for all work.
         #[default]
         One => "one",
-        /// Ambient occlusion and copies on queues of their own, where the device has them.
+        /// Ambient occlusion and copies on separate queues, if the device has them.
         All => "all",
     }
 }
@@ -192,7 +192,7 @@ choice! {
 }
 
 choice! {
-    /// The curve from exposed light, of which 1 saturates the sensor, to what a display shows.
+    /// The curve from exposed light, where 1 saturates the sensor, to display values.
     #[derive(Default)]
     pub enum Tonemap: "tonemap" {
         /// Khronos PBR Neutral.

@@ -1,5 +1,5 @@
-//! Settings of a frame: [`SettingsPatch`] holds those that a scene file or a command line gives, [`Settings`] all of them, decided. Both are made
-//! from [`SETTINGS`], the one table of settings.
+//! Settings of a frame: [`SettingsPatch`] holds the settings that a scene file or a command line gives, [`Settings`] all decided settings. Both are
+//! made from [`SETTINGS`], the one table of settings.
 
 mod choices;
 mod gbuffer;
@@ -19,12 +19,12 @@ impl Settings {
         Self { view, output: Output::Nits, ..self.without(|row| row.on_picture || row.of_lit_picture) }
     }
 
-    /// Returns the settings without those that work on the finished picture.
+    /// Returns the settings with the defaults of all settings that work on the finished picture.
     pub fn without_effects(&self) -> Self {
         self.without(|row| row.on_picture)
     }
 
-    /// Returns the settings with the defaults of some.
+    /// Returns the settings with the rows that `is_left_out` selects set to their defaults.
     fn without(&self, is_left_out: fn(&Setting) -> bool) -> Self {
         let mut patch = self.patch();
         for row in SETTINGS.iter().filter(|row| is_left_out(row)) {

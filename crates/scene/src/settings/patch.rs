@@ -9,7 +9,7 @@ use crate::Error;
 use crate::suggest::unknown;
 
 impl SettingsPatch {
-    /// Says one setting, by its key.
+    /// Sets one setting, by its key.
     ///
     /// # Errors
     /// [`Error::Setting`] for a key that does not exist, and a value that is none or out of range.
@@ -21,7 +21,7 @@ impl SettingsPatch {
         setting.set(self, Some(value)).map_err(|why| Error::Setting(format!("{key}={value}: {why}")))
     }
 
-    /// Checks that each value that was said is in its range.
+    /// Checks that each given value is in its range.
     ///
     /// # Errors
     /// [`Error::Setting`], which names the setting, its value and the values that it may have.
@@ -29,7 +29,7 @@ impl SettingsPatch {
         self.to_string().parse::<Self>().map(|_| ())
     }
 
-    /// A settings file: the table `[settings]` of a scene file, with what is said and no more.
+    /// Returns a settings file: the table `[settings]` of a scene file, with the given settings only.
     pub fn to_toml(&self) -> String {
         let mut text = String::from("[settings]\n");
         let mut in_shadows = false;
@@ -45,7 +45,7 @@ impl SettingsPatch {
     }
 }
 
-/// `key=value`, several separated by blanks; nothing at all says nothing.
+/// `key=value`, several separated by blanks; an empty text gives no setting.
 impl FromStr for SettingsPatch {
     type Err = Error;
 
@@ -65,7 +65,7 @@ impl FromStr for SettingsPatch {
     }
 }
 
-/// As it is parsed, always in the same order; empty where nothing is said.
+/// The text that is parsed, always in the same order; empty if no setting is given.
 impl fmt::Display for SettingsPatch {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let pairs = SETTINGS.iter().filter_map(|setting| Some(format!("{}={}", setting.key, setting.text(self)?)));

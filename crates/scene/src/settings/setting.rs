@@ -5,22 +5,22 @@ use std::fmt::{self, Display};
 use super::SettingsPatch;
 use crate::Aperture;
 
-/// A setting, as far as everything but its consumer has to know it: the command line, `--vary`, scene files, docs/SETTINGS.md, the
-/// window's panel, the sweep of a report and the tests are made from these rows.
+/// A setting, with all properties that code outside its consumer needs: the command line, `--vary`, scene files, docs/SETTINGS.md, the window's
+/// panel, the sweep of a report and the tests are made from these rows.
 pub struct Setting {
-    /// As in text (`key=value`) and, behind two dashes, on the command line.
+    /// The key in text (`key=value`) and, after two dashes, on the command line.
     pub key: &'static str,
-    /// As in a scene file, below `settings`.
+    /// The key in a scene file, below `settings`.
     pub toml: &'static str,
-    /// Its effect: a sentence, verb or noun first, without its period.
+    /// The effect of the setting: a sentence, verb or noun first, without its period.
     pub help: &'static str,
     /// A few words: its label in the window's panel, and the heading of its family in a report.
     pub title: &'static str,
     /// Type and range.
     pub values: ValueKind,
-    /// Of a number; empty where it has none.
+    /// The unit of a number; empty if it has none.
     pub unit: &'static str,
-    /// A phrase for the rule that decides if the setting is not given; empty where a default does.
+    /// A phrase for the rule that decides if the setting is not given; empty if a default does.
     pub unset: &'static str,
     /// Frames of another value may have another plan; otherwise it is looked up for each frame.
     pub changes_plan: bool,
@@ -32,19 +32,19 @@ pub struct Setting {
     pub of_lit_picture: bool,
     /// True if it decides how edges are smoothed, by looking at more of a pixel than its middle.
     pub smooths: bool,
-    /// True if glTF has no words for its part of the picture.
+    /// True if glTF cannot express its part of the picture.
     pub beyond_gltf: bool,
-    /// The only commands that have it as an option, each in a way of its own; empty where all that draw have it.
+    /// The only commands that have it as an option, each in its own way; empty if all commands that draw have it.
     pub only: &'static str,
-    /// A phrase for the default of that option, where it differs from the library's.
+    /// A phrase for the default of that option, if it differs from the library's.
     pub option_default: &'static str,
     /// It has a row in the window's panel.
     pub in_panel: bool,
     /// Says which other values of it `afterlight report` tries.
     pub sweep: SweepMode,
-    /// The numbers that a sweep tries, and that the panel's menu offers; none for all values that there are.
+    /// The numbers that a sweep tries, and that the panel's menu offers. If empty, they are all possible values.
     pub tried: &'static [&'static str],
-    /// The values that `--quick` tries; none for those of `tried`.
+    /// The values that `--quick` tries. If empty, they are the values of `tried`.
     pub quick: &'static [&'static str],
     /// Values that may make a frame cheaper than the default does: `bench --why` tries them, and the default.
     pub cheaper: &'static [&'static str],
@@ -55,11 +55,11 @@ pub struct Setting {
 /// The way in which a report sweeps a setting.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SweepMode {
-    /// Never: all that a report draws has the value that was given.
+    /// The report draws everything with the given value.
     No,
-    /// By itself, and not with `--quick`.
+    /// Sweeps it by itself, and not with `--quick`.
     Alone,
-    /// By itself and in combinations.
+    /// Sweeps it by itself and in combinations.
     Joint,
 }
 
@@ -78,7 +78,7 @@ pub enum ValueKind {
     Number(f32, f32),
     /// Width and height in pixels.
     Size,
-    /// Cells across, down and in depth: at most so many on each axis, and so many in all.
+    /// Cells across, down and in depth: the largest number on each axis, and the largest number of cells.
     Grid([u32; 3], u32),
     /// The aperture of a lens: metres, or an f-number.
     Aperture,
@@ -89,7 +89,7 @@ pub enum ValueKind {
 }
 
 impl ValueKind {
-    /// Returns true if a text is one of them. Values made of names are all admitted: their own parsers say what is wrong.
+    /// Returns true if a text is one of the values. Named values are always admitted: their parsers report faults.
     fn admit(self, text: &str) -> bool {
         match self {
             Self::OnOff => bool::read(text).is_ok(),
@@ -106,7 +106,7 @@ impl ValueKind {
         }
     }
 
-    /// Each of them, where they are few.
+    /// All values, if they are few.
     pub fn all(self) -> Vec<String> {
         match self {
             Self::OnOff => [false, true].map(SettingValue::text).to_vec(),
@@ -116,7 +116,7 @@ impl ValueKind {
         }
     }
 
-    /// A text of one of them as TOML has it. Names are of letters, digits, commas, dashes and equals signs: nothing to be escaped.
+    /// The TOML form of a value's text. Names consist of letters, digits, commas, dashes and equals signs, so nothing needs escaping.
     pub(super) fn toml(self, text: &str) -> String {
         match self {
             Self::OnOff => (text == "on").to_string(),
@@ -128,7 +128,7 @@ impl ValueKind {
     }
 }
 
-/// In words: `on or off`, `a whole number from 1 to 16`.
+/// The range in words: `on or off`, `a whole number from 1 to 16`.
 impl Display for ValueKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -161,15 +161,15 @@ impl Setting {
         (self.get)(patch)
     }
 
-    /// Says it in a patch, or, with `None`, nothing of it.
+    /// Sets the setting in a patch; `None` removes it.
     ///
     /// # Errors
-    /// The values that it may have, if the text is none of them.
+    /// The range, if the text is not a valid value.
     pub fn set(&self, patch: &mut SettingsPatch, text: Option<&str>) -> Result<(), String> {
         (self.set)(self, patch, text)
     }
 
-    /// A patch that says this and nothing else.
+    /// A patch with this setting only.
     ///
     /// # Errors
     /// As [`Setting::set`].
@@ -179,7 +179,7 @@ impl Setting {
         Ok(patch)
     }
 
-    /// The value that a text is.
+    /// Reads a value from its text.
     pub(super) fn value<T: SettingValue>(&self, text: &str) -> Result<T, String> {
         if self.values.admit(text) { T::read(text) } else { Err(format!("must be {}", self.range())) }
     }
@@ -192,7 +192,7 @@ impl Setting {
         }
     }
 
-    /// Its title with its unit.
+    /// The title with the unit.
     pub fn label(&self) -> String {
         if self.unit.is_empty() { self.title.to_owned() } else { format!("{}, {}", self.title, self.unit) }
     }

@@ -1,8 +1,8 @@
 //! The table of settings: a row declares everything about a setting but its effect, which is its consumer's.
 //!
-//! A row opens with its help text, which is the text of the documents, too. Then come its key on the command line and in a scene file, its
-//! field in [`SettingsPatch`] and, of a shadow's, in [`ShadowSettings`], its type, and its default or the rule that decides in its place. Properties
-//! that its braces leave out are those of [`plain`].
+//! A row opens with its help text, which is the text of the documents, too. Then come its key on the command line and in a scene file, its field in
+//! [`SettingsPatch`] (for a shadow setting also its field in [`ShadowSettings`]), its type, and its default or the rule that decides instead.
+//! Properties that its braces leave out are taken from [`plain`].
 
 mod ao;
 mod fog;
@@ -38,21 +38,21 @@ choice! {
         Albedo => "albedo",
         /// 0 black, 1 white.
         Metallic => "metallic",
-        /// Perceptual roughness, or its equivalent of the Phong models: 0 black, 1 white.
+        /// Perceptual roughness, or its equivalent for the Phong models: 0 black, 1 white.
         Roughness => "roughness",
-        /// Near is white, infinitely far black, at half the radius of the scene grey; in metres along the view axis where the output is linear.
+        /// Near is white, infinitely far black, at half the radius of the scene grey; a linear output gives metres along the view axis.
         Depth => "depth",
         /// The maps of the shadow atlas.
         ShadowMap => "shadow-map",
         /// Lit with albedo 1.
         Lighting => "lighting",
-        /// Lit by what comes from everywhere alone: half-spheres and the sky.
+        /// Lit by ambient light and the sky only.
         Ambient => "ambient",
         /// The light that bloom spreads, without the picture that it is spread from.
         Bloom => "bloom",
-        /// The light that fog scatters to the eye, without what is seen through it.
+        /// The light that fog scatters to the eye, without the light that passes through it.
         Fog => "fog",
-        /// Layers of particles on each pixel: one more step of grey each, and their number where the output is linear.
+        /// Layers of particles on each pixel: one more step of grey each; a linear output gives their number.
         Particles => "particles",
         /// Fragments shaded for each pixel, as a heat map.
         Overdraw => "overdraw",
@@ -60,20 +60,20 @@ choice! {
         LightsPerPixel => "lights-per-pixel",
         /// Pixels whose multisamples differ, so that each of them is shaded.
         Complexity => "complexity",
-        /// The triangle that each pixel shows, in a colour of its own; transparent ones are not looked at.
+        /// The triangle that each pixel shows, each in a different colour; transparent ones are ignored.
         Triangle => "triangle",
-        /// The share of light from everywhere that arrives, by materials and by ambient occlusion: 0 black, 1 white.
+        /// The share of ambient and sky light that arrives, by materials and by ambient occlusion: 0 black, 1 white.
         Ao => "ao",
-        /// The motion of each pixel's surface on the picture since the frame before: the direction is a colour, and far is bright; in pixels to the
-        /// right and down where the output is linear.
+        /// The motion of each pixel's surface on the picture since the frame before: the colour gives the direction, and far is bright; a linear
+        /// output gives pixels to the right and down.
         Velocity => "velocity",
-        /// The light that each pixel finds on the screen to mirror, times the share of the lobe that found any; black where none did.
+        /// The reflected light that each pixel finds on the screen, times the share of the lobe whose rays found any; black if none did.
         Reflections => "reflections",
     }
 }
 
 impl View {
-    /// Returns true if it shows what surfaces emit, or where that is mirrored.
+    /// Returns true if it shows emitted light or its reflections.
     pub fn shows_emission(self) -> bool {
         matches!(self, Self::Final | Self::Reflections)
     }
@@ -134,7 +134,7 @@ macro_rules! settings {
         }
 
         impl Settings {
-            /// Says all of them.
+            /// Returns a patch with all settings given.
             pub fn patch(&self) -> SettingsPatch {
                 SettingsPatch {
                     $($field: said!(self.$field $(, $default)?),)+
@@ -144,12 +144,12 @@ macro_rules! settings {
         }
 
         impl SettingsPatch {
-            /// `self` where it says something, `other` elsewhere: `command_line.or(&scene_file)`.
+            /// `self`'s settings, then `other`'s for settings that are not given: `command_line.or(&scene_file)`.
             pub fn or(&self, other: &Self) -> Self {
                 Self { $($field: self.$field.or(other.$field),)+ $($said: self.$said.or(other.$said),)+ }
             }
 
-            /// The defaults, with what was said laid over them.
+            /// The defaults, overridden by the given settings.
             pub fn decide(&self) -> Settings {
                 Settings {
                     $($field: decide!(self.$field $(, $default)?),)+
@@ -159,7 +159,7 @@ macro_rules! settings {
             }
         }
 
-        /// Every setting, in the order in which they are written and shown. Those of shadows come last, as TOML needs it.
+        /// Every setting, in the order in which they are written and shown. Shadow settings come last, as TOML needs it.
         pub const SETTINGS: &[Setting] = &[
             $(row!($field: $type, $key, $toml, concat!($($help),+), concat!($($unset)?), $($more)*),)+
             $(row!(
@@ -226,7 +226,7 @@ macro_rules! row {
     };
 }
 
-/// A setting of which its row says nothing else.
+/// A setting with the properties that rows leave out.
 const fn plain<T: SettingValue>() -> Setting {
     Setting {
         key: "",

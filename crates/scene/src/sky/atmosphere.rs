@@ -11,10 +11,10 @@ use rayon::prelude::*;
 
 use super::{SkyImage, SkyOrigin, SunDisc};
 
-/// Of the ground and of the top of the air, in metres from the centre of the earth.
+/// Radii of the ground and of the top of the air, in metres from the centre of the earth.
 const GROUND: f64 = 6_360e3;
 const TOP: f64 = 6_460e3;
-/// At sea level, a metre (Bruneton and Neyret 2008; ozone by Hillaire 2020, table 1).
+/// Coefficients at sea level, per metre (Bruneton and Neyret 2008; ozone by Hillaire 2020, table 1).
 const RAYLEIGH: DVec3 = DVec3::new(5.802e-6, 13.558e-6, 33.1e-6);
 const MIE_SCATTERING: f64 = 3.996e-6;
 const MIE_ABSORPTION: f64 = 4.4e-6;
@@ -24,11 +24,11 @@ const RAYLEIGH_HEIGHT: f64 = 8e3;
 const MIE_HEIGHT: f64 = 1.2e3;
 /// The anisotropy of haze (Henyey and Greenstein's g).
 const MIE_AHEAD: f64 = 0.8;
-/// Of the sun above the air, in lux: 1361 W/m^2 at 98 lm/W.
+/// The sun's illuminance above the air, in lux: 1361 W/m^2 at 98 lm/W.
 const SUN_LUX: f64 = 133e3;
 /// The sun's angular diameter in degrees.
 const SUN_DEGREES: f64 = 0.53;
-/// Texels of the sky around.
+/// The width of the sky's image, in texels.
 const WIDTH: u32 = 512;
 /// Steps of a ray, and of the rays of tables.
 const STEPS: usize = 40;
@@ -36,13 +36,13 @@ const STEPS: usize = 40;
 /// An atmosphere and the ground below it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Atmosphere {
-    /// Towards the sun, of length 1.
+    /// The direction towards the sun, of length 1.
     pub sun: DVec3,
     /// The amount of haze: 1 on a clear day, 0 for none.
     pub haze: f64,
     /// Reflectance of the ground, 0 to 1.
     pub ground: f64,
-    /// Metres above the sea.
+    /// The eye's height above the sea, in metres.
     pub altitude: f64,
 }
 
@@ -61,7 +61,7 @@ struct AirCoefficients {
 }
 
 impl Atmosphere {
-    /// Towards a sun so high above the horizon, and so far around from -Z over +X, in degrees.
+    /// The direction towards a sun at `elevation` above the horizon and `azimuth` from -Z over +X, in degrees.
     pub fn sun_at(elevation: f64, azimuth: f64) -> DVec3 {
         let ((up, level), (across, ahead)) = (elevation.to_radians().sin_cos(), azimuth.to_radians().sin_cos());
         DVec3::new(level * across, up, -level * ahead)
@@ -105,7 +105,7 @@ impl Atmosphere {
         AirCoefficients { rayleigh, mie, extinction: rayleigh + DVec3::splat(mie + MIE_ABSORPTION * haze) + ozone }
     }
 
-    /// The share of light that passes from a place to the top of the air, which no ground is in the way of.
+    /// The share of light that passes from a place to the top of the air, for rays that miss the ground.
     fn transmittance(&self, from: DVec3, to: DVec3, steps: usize) -> DVec3 {
         let length = distance(from, to, TOP).unwrap_or(0.0);
         let depth = midpoints(length, steps)
@@ -188,7 +188,7 @@ fn midpoints(length: f64, steps: usize) -> impl Iterator<Item = (f64, f64)> {
     (0..steps).map(move |index| ((edge(index) + edge(index + 1)) / 2.0, edge(index + 1) - edge(index)))
 }
 
-/// By height and the sun's cosine to the zenith: the sun's light that arrives, and the light scattered twice and more, for a sun of 1.
+/// Tables by height and by the cosine of the sun's zenith angle: the arriving sunlight, and the light scattered twice or more, for a sun of 1.
 struct Tables {
     arriving: Vec<DVec3>,
     rescattered: Vec<DVec3>,
@@ -255,7 +255,7 @@ impl Tables {
     }
 }
 
-/// Cosines lie closest where the sun stands at the horizon.
+/// The cosine at a share of the table's axis: cosines are densest at the horizon.
 fn cosine_of(share: f64) -> f64 {
     let side = 2.0 * share - 1.0;
     side * side.abs()

@@ -1,4 +1,4 @@
-//! A sky in place of a scene's own.
+//! A sky that replaces a scene's own.
 
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -11,12 +11,12 @@ use crate::exposure::seen_ev100;
 use crate::fit::{drop_fitted_light, fit_emission, meter, remove_ground};
 use crate::{Error, Light, LightKind, Scene};
 
-/// As a command line asks for it. Needs the feature `readers`.
+/// The sky as a command line gives it. Needs the feature `readers`.
 #[derive(Debug, Clone, PartialEq)]
 pub enum SkyChoice {
-    /// None.
+    /// No sky.
     Nothing,
-    /// An atmosphere, with the sun there, or where the scene's first directional light comes from.
+    /// An atmosphere, with the sun in this direction; `None` takes the direction of the scene's first directional light.
     Atmosphere(Option<DVec3>),
     /// An equirectangular picture.
     Picture(PathBuf),
@@ -43,7 +43,7 @@ impl FromStr for SkyChoice {
     }
 }
 
-/// Gives a scene another sky. Light that was fitted to the scene makes way for the sky's. Needs the feature `readers`.
+/// Gives a scene another sky. Light that was fitted to the scene is replaced by the sky's. Needs the feature `readers`.
 ///
 /// # Errors
 /// [`Error::Read`] for a picture that cannot be read.
@@ -68,8 +68,7 @@ pub fn put_sky(scene: &mut Scene, choice: &SkyChoice) -> Result<(), Error> {
     Ok(())
 }
 
-/// Exposes a bare model anew for the light that it stands in, and makes its emission shares of that, where nobody has said either. Needs the feature
-/// `readers`.
+/// Exposes a bare model anew for its light, and scales its emission to shares of that light, unless either was given. Needs the feature `readers`.
 pub fn fit_to_light(scene: &mut Scene) {
     if scene.fitted.is_bare && !scene.fitted.studio {
         meter(scene);
@@ -80,10 +79,10 @@ pub fn fit_to_light(scene: &mut Scene) {
     }
 }
 
-/// Stops between light of all and of a sky that changes nothing to see beside it: a fiftieth.
+/// The difference in stops, between all light and the sky's, beyond which the sky has no visible effect: a fiftieth of the light.
 const FAINT_STOPS: f32 = 5.6;
 
-/// Adds a warning where the lights of a bare model's file outshine its sky.
+/// Adds a warning if the lights of a bare model's file outshine its sky.
 fn tell_faint(scene: &mut Scene) {
     let all = seen_ev100(scene);
     let lights = std::mem::take(&mut scene.lights);
@@ -97,7 +96,8 @@ fn tell_faint(scene: &mut Scene) {
     }
 }
 
-/// An atmosphere with its sun there, or where the scene's first directional light comes from. `adds`: a directional light like its sun is added.
+/// Puts an atmosphere with its sun in this direction; `None` takes the direction of the scene's first directional light. If `adds`, a directional
+/// light like its sun is added.
 pub fn put_atmosphere(scene: &mut Scene, air: Atmosphere, sun: Option<DVec3>, adds: bool) {
     let directional = scene.lights.iter().find_map(|light| match light.kind {
         LightKind::Directional { direction } => Some(-direction.normalize()),
@@ -149,7 +149,7 @@ mod tests {
             matches!(scene.lights[..], [Light { kind: LightKind::Directional { direction }, .. }] if direction == -sun)
         );
         assert!(!scene.environment.is_lit() && scene.check().is_ok());
-        // One that the scene has itself stays, and the sky follows it.
+        // A directional light of the scene stays, and the sky's sun follows it.
         put_sky(&mut scene, &SkyChoice::Atmosphere(None)).expect("a sky");
         assert_eq!(scene.lights.len(), 1);
         assert!((scene.sky.and_then(|sky| sky.sun).expect("a sun").direction - sun).length() < 1e-12);

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::SkyImage;
 
-/// Of a cube, in the order of Vulkan's layers: +X, -X, +Y, -Y, +Z, -Z.
+/// The number of faces of a cube, in the order of Vulkan's layers: +X, -X, +Y, -Y, +Z, -Z.
 pub const FACES: u32 = 6;
 
 /// The largest edge of a face.
@@ -14,16 +14,16 @@ const MOST_EDGE: u32 = 1024;
 /// The faces of a sky in all levels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SkyCube {
-    /// The largest first; the last is of one texel a face.
+    /// The levels, the largest first; the last one has one texel a face.
     pub levels: Vec<CubeLevel>,
 }
 
 /// All faces in one size.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CubeLevel {
-    /// Of a face, in texels.
+    /// The edge of a face in texels.
     pub edge: u32,
-    /// One face after the other, rows from the top.
+    /// The texels of one face after the other, rows from the top.
     pub texels: Vec<Vec3>,
 }
 
@@ -51,7 +51,8 @@ impl SkyCube {
 }
 
 impl CubeLevel {
-    /// Half the edge: of four texels each by its solid angle, so that light is neither lost nor won. `None` below an edge of 1.
+    /// The level with half the edge: each texel is the mean of four, weighted by their solid angles, so that light is neither lost nor won. `None` at
+    /// an edge of 1.
     fn halved(&self) -> Option<Self> {
         let (from, edge) = (self.edge, self.edge / 2);
         if edge == 0 {
@@ -108,7 +109,7 @@ mod tests {
             let off = (sum / weights - image.mean()) / image.mean();
             assert!(off.abs().max_element() < 0.02, "{}: {off}", level.edge);
         }
-        // The same direction from two faces.
+        // Both faces give the same direction at their shared edge.
         assert_eq!(face_direction(0, -1.0, 0.25).normalize(), face_direction(4, 1.0, 0.25).normalize());
         assert_eq!(face_direction(0, 0.5, -1.0).normalize(), face_direction(2, 1.0, -0.5).normalize());
     }

@@ -1,4 +1,4 @@
-//! Directions drawn from a sky as often as it is bright there, so that lights along them stand for all of it.
+//! Directions that are drawn from a sky in proportion to its brightness, so that lights along them represent all of it.
 
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3, Vec3};
 
 use super::{Sky, SkyImage};
 
-/// Width of the image that directions are drawn from, at most where its sides can be halved: a texel is 1.4 degrees.
+/// The largest width of the image that directions are drawn from, if its sides can be halved: a texel is 1.4 degrees.
 const DRAWN_WIDTH: u32 = 256;
 /// Steps of a sequence of points of which any part in a row covers the unit square evenly (M. Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences",
 /// 2018).
@@ -16,7 +16,7 @@ const STEPS: DVec2 = DVec2::new(0.754_877_666_246_692_8, 0.569_840_290_998_053_3
 /// A directional light that stands for a part of a sky.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SkyDirection {
-    /// Towards the light, of length 1.
+    /// The direction towards the light, of length 1.
     pub to_light: DVec3,
     /// Illuminance of a surface that faces it, in lux: the sky's radiance divided by the density of directions.
     pub lux: Vec3,
@@ -27,13 +27,13 @@ pub struct SkyDirection {
 pub struct SkyDistribution {
     sky: Sky,
     width: usize,
-    /// By row, and by texel of a row: the sums of the weights up to and with it.
+    /// The sums of the weights up to and including each row, and each texel within its row.
     rows: Vec<f64>,
     texels: Vec<f64>,
 }
 
 impl SkyDistribution {
-    /// Of a sky's light; none where it has none.
+    /// The distribution of a sky's light; `None` for a black sky.
     pub fn of(sky: &Sky) -> Option<Self> {
         let mut image = Arc::clone(&sky.image);
         // A side of an odd number of texels has no half.
@@ -41,7 +41,7 @@ impl SkyDistribution {
             image = Arc::new(image.halved());
         }
         if image.size[0] < DRAWN_WIDTH / 2 {
-            // Between large texels light changes gradually.
+            // The light of large texels is interpolated.
             image = Arc::new(SkyImage::of(&image.name, DRAWN_WIDTH, |direction| image.look(direction)));
         }
         let width = image.size[0] as usize;
@@ -67,7 +67,7 @@ impl SkyDistribution {
         points.map(|point| self.at(point, share)).collect()
     }
 
-    /// The light at a point of the unit square, which has this share of the sky's.
+    /// The light at a point of the unit square, with this share of the sky's light.
     fn at(&self, point: DVec2, share: f64) -> SkyDirection {
         let (row, down) = place(&self.rows, point.y);
         let own = &self.texels[row * self.width..][..self.width];
@@ -80,7 +80,7 @@ impl SkyDistribution {
         let level = (1.0 - up * up).max(0.0).sqrt();
         let back = Sky { rotation_degrees: -self.sky.rotation_degrees, ..self.sky.clone() };
         let value = Vec3::from(self.sky.image.texels[row * self.width + column]).as_dvec3();
-        // Texels are weighted by the sum of their channels, so that the light of a direction is that of all in the colour of its texel.
+        // Texels are weighted by the sum of their channels. So each direction gets the same sum of light, in the colour of its texel.
         let all = self.rows.last().copied().unwrap_or(0.0);
         let lux = value * (all / value.element_sum() * share * f64::from(self.sky.nits));
         SkyDirection {

@@ -1,4 +1,4 @@
-//! The sky around a scene: a picture of the sky, from a file or of an atmosphere, that is the background and lights the scene.
+//! The sky around a scene: an image, from a file or of an atmosphere, that is the background and lights the scene.
 
 mod atmosphere;
 #[cfg(feature = "readers")]
@@ -43,27 +43,27 @@ pub struct Sky {
     pub nits: f32,
     /// True if it lights surfaces.
     pub lights: bool,
-    /// True if it is seen where no surface is; without, the environment's background is.
+    /// True if it is drawn where no surface is; otherwise the environment's background is.
     pub shown: bool,
-    /// The sun, where it is no part of the image.
+    /// The sun's disc, if the image does not contain the sun.
     pub sun: Option<SunDisc>,
 }
 
 /// A sun that is drawn into the sky. It lights nothing: a directional light of the scene does.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SunDisc {
-    /// Towards the sun, of length 1. The sky's rotation does not turn it.
+    /// The direction towards the sun, of length 1. The sky's rotation does not turn it.
     pub direction: DVec3,
-    /// Its angular diameter in degrees.
+    /// The angular diameter in degrees.
     pub degrees: f64,
-    /// Its radiance in nits.
+    /// The radiance in nits.
     pub radiance: Vec3,
 }
 
 /// Radiance from all directions as an equirectangular picture: its middle looks along -Z, its upper edge to +Y, and to its right lies +X.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SkyImage {
-    /// For messages and reports.
+    /// The name in messages and reports.
     pub name: String,
     /// Width and height in texels; it is twice as wide as high.
     pub size: [u32; 2],
@@ -73,23 +73,23 @@ pub struct SkyImage {
     pub origin: SkyOrigin,
 }
 
-/// The source of a sky, so that a scene file can say it.
+/// The source of a sky, so that a scene file can name it.
 #[derive(Debug, Clone, PartialEq)]
 pub enum SkyOrigin {
     /// An equirectangular picture.
     Panorama(PathBuf),
     /// The faces of a cube: +X, -X, +Y, -Y, +Z, -Z.
     Faces(Box<[PathBuf; 6]>),
-    /// Computed.
+    /// A computed atmosphere.
     Atmosphere(Atmosphere),
     /// The soft areas of light of [`Studio`].
     Studio,
-    /// A program's own.
+    /// An image that a program has made.
     Made,
 }
 
 impl Sky {
-    /// From a direction of the world to the sky's own.
+    /// Rotates a direction of the world to the sky's own space.
     pub fn turned(&self, direction: DVec3) -> DVec3 {
         let (sin, cos) = self.rotation_degrees.to_radians().sin_cos();
         DVec3::new(direction.x * cos - direction.z * sin, direction.y, direction.x * sin + direction.z * cos)
@@ -291,7 +291,7 @@ mod tests {
             sun: None,
         };
         assert_eq!(sky(0.0).radiance(DVec3::X), DVec3::splat(3.0));
-        // From +X a quarter turn about +Y ends at -Z.
+        // A quarter turn about +Y takes +X to -Z.
         assert_eq!(sky(90.0).radiance(DVec3::NEG_Z), DVec3::splat(3.0));
         assert_eq!(sky(90.0).radiance(DVec3::X), DVec3::ZERO);
     }

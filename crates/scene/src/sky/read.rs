@@ -10,10 +10,10 @@ use crate::Error;
 use crate::texture::{decode_light, format_of};
 use afterlight_files::regular_file::read_regular;
 
-/// The widest panorama that is read, in texels; `MOST_FACE` is that of a cube's faces.
+/// The greatest width of a panorama that is read, in texels; `MOST_FACE` is the limit for a cube's faces.
 const MOST_WIDTH: u32 = 8192;
 const MOST_FACE: u32 = 2048;
-/// A panorama is kept at most this wide: faces of a cube are no finer.
+/// Wider panoramas are reduced to this width: faces of a cube are no finer.
 const KEPT_WIDTH: u32 = 4096;
 /// The most memory that a decoder may allocate: an RGBA picture of the largest size in single floats, and as much again.
 const MOST_BYTES: u64 = 2 * 16 * (MOST_WIDTH as u64) * (MOST_WIDTH as u64 / 2);
@@ -114,7 +114,7 @@ fn read(path: &Path, wrong: impl Fn([u32; 2]) -> Option<String>) -> Result<Read,
         |ends: &[&str]| path.extension().is_some_and(|own| ends.iter().any(|end| own.eq_ignore_ascii_case(end)));
     let format = match format_of(&bytes, path) {
         Some(format @ (ImageFormat::Hdr | ImageFormat::OpenExr)) => format,
-        // Old ones have no mark.
+        // Old files have no magic number.
         None if is_named(&["hdr", "pic"]) => ImageFormat::Hdr,
         None if is_named(&["exr"]) => ImageFormat::OpenExr,
         _ => return Err(fault("a sky is read from Radiance HDR (.hdr) and OpenEXR (.exr) files".into())),
@@ -125,7 +125,7 @@ fn read(path: &Path, wrong: impl Fn([u32; 2]) -> Option<String>) -> Result<Read,
     let mut texels: Vec<[f32; 3]> = decoded.pixels().map(|pixel| pixel.0).collect();
     let mut changed = [0usize; 2];
     for value in texels.iter_mut().flatten() {
-        // Written so that a NaN becomes 0.
+        // The comparison turns a NaN into 0.
         let kept = if *value > 0.0 { value.min(MOST_LIGHT) } else { 0.0 };
         if *value > MOST_LIGHT {
             changed[1] += 1;

@@ -7,9 +7,9 @@ use glam::DVec3;
 
 use super::{Sky, SkyImage, SkyOrigin};
 
-/// Texels around. An area's edge is soft over several of them.
+/// The width of the studio's image in texels. An area's edge is soft over several of them.
 const WIDTH: u32 = 512;
-/// The direction from which the studio is lit to be seen, as degrees from +Z towards +X: that of a fitted camera.
+/// The viewer's direction, for which the studio is lit: the view of a fitted camera. The azimuth is in degrees from +Z towards +X.
 const VIEWER_AZIMUTH: f64 = 45.0;
 const VIEWER_ELEVATION: f64 = 23.7;
 /// The lamp stands to the left of the viewer and above, in degrees.
@@ -27,7 +27,7 @@ struct Softbox {
     place: [f64; 2],
     /// Tangents of the angles over which it reaches to either side, and up and down.
     half: [f64; 2],
-    /// Its radiance beside the room's, which is about 1.
+    /// The radiance relative to the room's, which is about 1.
     radiance: f64,
 }
 
@@ -47,7 +47,7 @@ const SOFTBOXES: [Softbox; 6] = [
 pub struct Studio {
     /// The areas of light and the room.
     pub image: Arc<SkyImage>,
-    /// Towards the lamp, of length 1.
+    /// The direction towards the lamp, of length 1.
     pub lamp: DVec3,
     /// The lamp's illuminance, in lux.
     pub lux: f64,
@@ -65,7 +65,7 @@ impl Studio {
         STUDIO.get_or_init(Self::compute)
     }
 
-    /// Its room as the light of a scene, `nits` times as strong. It is not seen behind the model.
+    /// The studio's room as the light of a scene, `nits` times as strong. It is not drawn behind the model.
     pub fn sky(&self, nits: f32) -> Sky {
         Sky { image: Arc::clone(&self.image), rotation_degrees: 0.0, nits, lights: true, shown: false, sun: None }
     }

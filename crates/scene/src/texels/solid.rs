@@ -15,8 +15,8 @@ const ETC2_MODIFIERS: [[i32; 4]; 8] = [
 ];
 
 impl BlockFormat {
-    /// A block of one colour, RGBA, or one near it: channels of BC7 have 7 bits and those of ETC2 5 bits and a modifier that all share, alpha has 8.
-    /// A colour of [`BlockFormat::Etc2Rgb8A1`] is opaque.
+    /// Returns a block of one colour, RGBA, or of a colour near it. Channels of BC7 have 7 bits; channels of ETC2 have 5 bits and a shared modifier;
+    /// alpha has 8. A colour of [`BlockFormat::Etc2Rgb8A1`] is opaque.
     pub(crate) fn solid(self, color: [u8; 4]) -> Vec<u8> {
         match self {
             Self::Bc7 => solid_bc7(color).to_vec(),

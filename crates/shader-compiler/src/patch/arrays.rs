@@ -1,4 +1,4 @@
-//! Arrays of textures and samplers, indexed differently from invocation to invocation.
+//! Arrays of textures and samplers whose index differs between invocations (NonUniform).
 
 use rspirv::dr::{Instruction, Module, Operand};
 use rspirv::spirv::{Capability, Decoration, Op, Word};
@@ -6,8 +6,8 @@ use rspirv::spirv::{Capability, Decoration, Op, Word};
 use super::decorate::decorate;
 use super::id;
 
-/// Completes what SPIR-V asks for where such indices are decorated. naga decorates the index, the pointer and what is loaded, and declares `ShaderNonUniform`; the
-/// image with its sampler, which sampling takes, needs the decoration as well, and indices the capabilities of textures.
+/// Completes the NonUniform decorations that SPIR-V requires. naga decorates the index, the pointer and the loaded value, and declares
+/// `ShaderNonUniform`. The sampled image that sampling takes needs the decoration too, and the indices need the capabilities for texture arrays.
 pub(super) fn complete_non_uniform(module: &mut Module) {
     let decorated: Vec<Word> =
         module.annotations.iter().filter(|own| is_non_uniform(own)).filter_map(|own| id(own, 0)).collect();

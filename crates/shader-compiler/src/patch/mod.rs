@@ -1,5 +1,5 @@
-//! The patch adds the parts to SPIR-V that naga cannot write: subpass inputs, specialization constants, uniform indices, Invariant and NoContraction; and takes the layout off a work group's
-//! memory.
+//! The patch adds the parts to SPIR-V that naga cannot write: subpass inputs, specialization constants, uniform indices, Invariant and NoContraction.
+//! It also takes the layout off a work group's memory.
 
 mod arrays;
 mod constants;
@@ -16,7 +16,7 @@ use crate::compose::source_name;
 /// A texture variable that becomes an input attachment.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SubpassInput {
-    /// Its name in the source.
+    /// The name in the source.
     pub name: String,
     /// Descriptor set.
     pub set: u32,
@@ -29,9 +29,9 @@ pub struct SubpassInput {
 /// A private variable that becomes a specialization constant.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Constant {
-    /// Its name in the source.
+    /// The name in the source.
     pub name: String,
-    /// Its name in the module.
+    /// The name in the module.
     pub symbol: String,
     /// SpecId.
     pub id: u32,
@@ -40,9 +40,9 @@ pub struct Constant {
 /// All that a module is patched with.
 #[derive(Clone, Debug, Default)]
 pub struct Patch {
-    /// Those that the module does not have are passed over.
+    /// The subpass inputs. Inputs that the module does not have are ignored.
     pub inputs: Vec<SubpassInput>,
-    /// Those that the module does not have are passed over.
+    /// The specialization constants. Constants that the module does not have are ignored.
     pub constants: Vec<Constant>,
     /// Decorate floating-point arithmetic with NoContraction.
     pub precise: bool,
@@ -68,7 +68,7 @@ impl Patch {
     /// Patches the SPIR-V module `words`, which needs its OpNames.
     ///
     /// # Errors
-    /// Words that are no module, or a subpass input or override that is used for what it cannot be.
+    /// Words that are not a module, or an invalid use of a subpass input or an override.
     pub fn apply(&self, words: &[u32]) -> Result<Vec<u32>, PatchError> {
         let mut module = rspirv::dr::load_words(words)
             .map_err(|error| PatchError::of("", format!("the SPIR-V to be patched cannot be read: {error}")))?;
@@ -85,7 +85,7 @@ impl Patch {
     }
 }
 
-/// Debuggers and layers shall show the names of the source.
+/// Restores the names of the source, for debuggers and layers.
 fn restore_names(module: &mut Module) {
     for instruction in &mut module.debug_names {
         if let Some(Operand::LiteralString(name)) = instruction.operands.last_mut() {

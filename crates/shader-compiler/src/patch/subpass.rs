@@ -7,13 +7,13 @@ use rspirv::spirv::{Capability, Decoration, Dim, ImageFormat, ImageOperands, Op,
 
 use super::{PatchError, SubpassInput, fresh, function_name, global, id};
 
-/// By sampled type and multisampling, the image and pointer types made so far: SPIR-V forbids to declare a type twice.
+/// The image and pointer types made so far, by sampled type and multisampling: SPIR-V forbids declaring a type twice.
 type Types = HashMap<(Word, u32), (Word, Word)>;
 
 /// A variable that is being turned into a subpass input.
 struct SubpassVariable<'a> {
     name: &'a str,
-    /// Its new OpTypeImage.
+    /// The new OpTypeImage.
     image_type: Word,
 }
 

@@ -110,7 +110,7 @@ fn rust_is_written_with_equal_modules_once() {
     assert!(rust.contains("static BLOCKS: [Block; 1]") && written.packed < written.bytes / 2);
     let spirv = zstd::bulk::decompress(&packed, written.bytes).expect("unpacked");
     assert_eq!(spirv.len(), written.bytes);
-    // Each module is one of the shader's with other ids, and each of those is there.
+    // Each packed module equals an entry point of the shader except for ids, and each entry point is among the modules.
     let words: Vec<u32> =
         spirv.chunks_exact(4).map(|word| u32::from_ne_bytes([word[0], word[1], word[2], word[3]])).collect();
     let starts: Vec<usize> = (0..words.len()).filter(|at| words[*at] == 0x0723_0203).collect();

@@ -1,7 +1,7 @@
 //! Medians and their uncertainty, by bootstrap (Efron 1979): the samples themselves stand for the distribution that they were drawn from.
 //!
-//! The interval is the plain percentile one, and the same samples always have the same. Of fewer than six samples no interval covers
-//! 95%, not even the one from the least to the largest ([`LEAST_FOR_95`]); of one it has no width.
+//! The interval is the plain percentile interval, and equal samples always give the same one. With fewer than six samples no interval covers 95%, not
+//! even the one from the least to the largest ([`LEAST_FOR_95`]); with one sample it has no width.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,7 +9,7 @@ use super::percentile;
 
 /// The number of times that samples are drawn anew: the ends of a 95% interval are then the 50th draw from below and from above.
 const RESAMPLES: usize = 2000;
-/// From so many samples on an interval can cover the median with 95%: that all of five lie on one side of it has a probability of 1/16.
+/// The least number of samples whose interval can cover the median with 95%: five samples all lie on one side of it with a probability of 1/16.
 pub const LEAST_FOR_95: usize = 6;
 
 /// A median with its 95% interval, in the unit of the samples.
@@ -31,7 +31,7 @@ impl MedianInterval {
         (self.high - self.low) / (2.0 * self.median)
     }
 
-    /// Returns true if the interval is wide enough to warn about; that of too few samples for 95% always is.
+    /// Returns true if the interval is wide enough to warn about. An interval of fewer than [`LEAST_FOR_95`] samples always is.
     pub fn is_wide(&self) -> bool {
         self.relative_half_width() > 0.05 || self.count < LEAST_FOR_95
     }
@@ -61,15 +61,15 @@ pub struct GroupedMedian {
 }
 
 impl GroupedMedian {
-    /// Of all finite samples together; groups are drawn anew, and samples within them (Davison and Hinkley 1997, section 3.8). `None` without a
-    /// finite sample.
+    /// The median of all finite samples together. Groups are drawn anew, and samples within them (Davison and Hinkley 1997, section 3.8). `None`
+    /// without a finite sample.
     pub fn of(groups: &[Vec<f64>]) -> Option<Self> {
         let finite = |group: &Vec<f64>| group.iter().copied().filter(|sample| sample.is_finite()).collect::<Vec<_>>();
         let groups: Vec<Vec<f64>> = groups.iter().map(finite).filter(|group| !group.is_empty()).collect();
         let mut all = groups.concat();
         all.sort_unstable_by(f64::total_cmp);
         let median = percentile(&all, 50.0)?;
-        // Another sequence than that of the draws with which these are multiplied.
+        // The seed differs from the seed of the draws with which these are multiplied.
         let mut random = fastrand::Rng::with_seed(!SEED);
         let mut drawn = Vec::with_capacity(all.len());
         let draws = (0..RESAMPLES).map(|_| {
@@ -112,7 +112,7 @@ fn middle(samples: &mut [f64]) -> f64 {
     }
 }
 
-/// Any will do; it is fixed so that a report is the same when it is made again of the same measurements.
+/// The seed is arbitrary. It is fixed so that the same measurements always give the same report.
 pub(super) const SEED: u64 = 0x5EED;
 
 /// A normal deviate (Box and Muller 1958).

@@ -25,7 +25,7 @@ pub struct Difference {
     pub differing_pixels: usize,
     /// Pixels of the actual picture with a channel that is NaN or infinite.
     pub not_finite: usize,
-    /// The same of the expected picture.
+    /// Pixels of the expected picture with a channel that is NaN or infinite.
     pub expected_not_finite: usize,
 }
 
@@ -77,7 +77,7 @@ fn difference(pairs: impl ExactSizeIterator<Item = ([f64; 3], [f64; 3])>) -> Dif
         }
     }
     let count = absolute.len().max(1) as f64;
-    // The percentile's ranks and those above are all that is asked for in order: of millions of samples that is a tenth of a sort.
+    // Only the samples from the percentile's rank on are sorted: for millions of samples that takes a tenth of a full sort.
     let from = (absolute.len() * 999 / 1000).saturating_sub(1);
     if !absolute.is_empty() {
         absolute.select_nth_unstable_by(from, f64::total_cmp);
@@ -145,7 +145,7 @@ mod tests {
         };
         assert_eq!((with(2).p99_9, with(2).max), (0.0, 1.0));
         assert_eq!(with(4).p99_9, 1.0);
-        // The same percentile as that of all samples in order, for any number of them.
+        // The percentile equals the percentile of all samples, sorted, for any number of them.
         let mut random = fastrand::Rng::with_seed(3);
         for count in (1..40).chain([999, 1000, 1001, 3333]) {
             let actual = LinearImage {

@@ -9,10 +9,11 @@ use super::images::{Mismatch, Srgb8Image, same_size};
 /// choice.
 pub const PIXELS_PER_DEGREE: f32 = DEFAULT_PIXELS_PER_DEGREE;
 
-/// The most rows (and columns) away that a pixel's error can come from: the larger of the two filters' radii. The contrast sensitivity's is three
-/// standard deviations of its widest Gaussian, ceil(3 sqrt(0.04 / (2 pi^2)) 67) = 10, that of edges and points ceil(3 x 0.041 x 67) = 9.
+/// The greatest distance in rows (and columns) that a pixel's error can come from: the larger of the two filters' radii. For the contrast sensitivity
+/// the radius is three standard deviations of its widest Gaussian, ceil(3 sqrt(0.04 / (2 pi^2)) 67) = 10; for edges and points it is ceil(3 x 0.041 x
+/// 67) = 9.
 const REACH: usize = 10;
-/// The fewest rows of a band: a band also filters [`REACH`] rows on either side of its own.
+/// The fewest rows of a band: a band also filters [`REACH`] more rows on either side.
 const LEAST_ROWS: usize = 4 * REACH;
 
 /// The error at each pixel, 0 (none) to 1, rows from the top.
@@ -41,8 +42,8 @@ impl FlipMap {
     }
 }
 
-/// LDR-FLIP of two pictures at [`PIXELS_PER_DEGREE`]. All of rayon's threads take part, a band of rows each; the errors are those of the whole picture
-/// to the bit.
+/// Computes LDR-FLIP of two pictures at [`PIXELS_PER_DEGREE`]. Each of rayon's threads takes a band of rows. The errors equal a computation on the
+/// whole picture to the bit.
 ///
 /// # Errors
 /// When the sizes differ, or a picture does not have as many pixels as it says.

@@ -27,8 +27,8 @@ pub fn front(points: &[(f64, f64)]) -> Vec<usize> {
     order
 }
 
-/// Returns the probability of each point to be on the front, 0 to 1, as far as its times are uncertain: the share of fronts that it is on when
-/// the median of its times is that of times drawn anew (bootstrap). A point without a finite time or error has 0.
+/// Returns the probability, 0 to 1, that each point is on the front, given the scatter of its times: the share of bootstrap resamples that have it on
+/// their front, where a point's time is the median of its resampled times. A point without a finite time or error has 0.
 ///
 /// `times` has the measurements of each point, in any unit, and `errors` its error. If one list is shorter, its last entries count as missing.
 pub fn front_probability<T: AsRef<[f64]>>(times: &[T], errors: &[f64]) -> Vec<f64> {

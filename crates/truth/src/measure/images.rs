@@ -8,9 +8,9 @@
 )]
 /// Two images of different sizes, in pixels.
 pub struct Mismatch {
-    /// Of the image that is compared.
+    /// Size of the image that is compared.
     pub actual: [u32; 2],
-    /// Of the image that it is compared with.
+    /// Size of the image that it is compared with.
     pub expected: [u32; 2],
 }
 
@@ -33,7 +33,7 @@ pub struct Srgb8Image {
 }
 
 impl LinearImage {
-    /// Of RGBA samples, whose alpha is dropped.
+    /// Converts RGBA samples; alpha is dropped.
     pub fn from_rgba(size: [u32; 2], rgba: &[f32]) -> Self {
         let pixels = rgba.as_chunks::<4>().0.iter().map(|&[r, g, b, _]| [r, g, b].map(f64::from)).collect();
         Self { size, pixels }
@@ -54,13 +54,13 @@ impl LinearImage {
 }
 
 impl Srgb8Image {
-    /// Of RGBA samples, whose alpha is dropped.
+    /// Converts RGBA samples; alpha is dropped.
     pub fn from_rgba(size: [u32; 2], rgba: &[u8]) -> Self {
         Self { size, pixels: rgba.as_chunks::<4>().0.iter().map(|&[r, g, b, _]| [r, g, b]).collect() }
     }
 }
 
-/// Refuses pictures of different sizes, and those that are not as long as they say.
+/// Refuses pictures of different sizes, and pictures whose number of pixels does not match their size.
 pub(super) fn same_size<A, B>(
     (actual, actual_pixels): ([u32; 2], &[A]),
     (expected, expected_pixels): ([u32; 2], &[B]),

@@ -1,11 +1,11 @@
 //! The effect of fog on the light of a ray, in f64: in fog of the kind `height` by closed forms, and in fog with lamps and shadows in it by a march with rays to
 //! each light.
 //!
-//! The march is light by light. Probes along the ray find where the light is seen, and halving finds the ends of those intervals to a millionth of the step. Within
-//! an interval a directional light has a closed form. A lamp is integrated by the five points of Gauss and Legendre on panels that are equal angles as
-//! the lamp sees them, parted where the optical depth doubles: neither a lamp beside the ray nor dense fog takes more panels. An interval shorter
-//! than a step may be missed: [`Reference::with_air_steps`] sets the number of steps, and `fog_with_lamps_is_known_to_a_ten_thousandth` bounds the
-//! change by twice as many.
+//! The march handles one light at a time. Probes along the ray find the intervals in which the light is visible, and bisection finds their ends to a
+//! millionth of the step. Within an interval a directional light has a closed form. A lamp is integrated by five-point Gauss-Legendre quadrature on
+//! panels of equal angle as seen from the lamp, split where the optical depth doubles: neither a lamp beside the ray nor dense fog takes more panels.
+//! An interval shorter than a step may be missed: [`Reference::with_air_steps`] sets the number of steps, and
+//! `fog_with_lamps_is_known_to_a_ten_thousandth` bounds the change that twice as many make.
 
 use glam::{DVec2, DVec3};
 
@@ -19,7 +19,7 @@ use afterlight_scene::{Fog, Light};
 
 /// Probes along a ray that is a pixel's only one.
 pub(super) const STEPS: u32 = 64;
-/// The same of each of many samples of a pixel.
+/// Probes along each ray of a pixel that has many samples.
 const STEPS_OF_A_SAMPLE: u32 = 4;
 /// A deeper optical depth lets through less than 2e-22, which nobody sees.
 const DEEPEST: f64 = 50.0;
@@ -40,7 +40,7 @@ const POINTS: [(f64, f64); 5] = [
 struct RaySegment<'a> {
     fog: &'a Medium,
     origin: DVec3,
-    /// Of length 1.
+    /// Unit vector.
     direction: DVec3,
     /// May be infinite.
     metres: f64,
@@ -51,7 +51,7 @@ impl RaySegment<'_> {
         self.origin + self.direction * metres
     }
 
-    /// Between two distances.
+    /// Returns the optical depth between two distances.
     fn depth(&self, from: f64, to: f64) -> f64 {
         let height = self.origin.y + self.direction.y * from;
         self.fog.optical_depth(height, self.direction.y, to - from)
@@ -67,7 +67,7 @@ impl RaySegment<'_> {
         if self.depth(0.0, limit) <= depth {
             return limit;
         }
-        // By ratios first: fog may be as thick within less than an atom.
+        // Until the lower bound is above 0, the upper one shrinks by factors of 1000: fog may reach this depth in less than the size of an atom.
         let (mut low, mut high) = (0.0, limit);
         for _ in 0..150 {
             let middle = if low == 0.0 { high * 1e-3 } else { 0.5 * (low + high) };
@@ -110,7 +110,7 @@ impl RaySegment<'_> {
 }
 
 impl Reference<'_> {
-    /// With so many probes of the air along a ray, of where lights are in fog.
+    /// Sets the number of probes along a ray that find where lights are visible in fog, 1 or more.
     pub fn with_air_steps(self, air_steps: u32) -> Self {
         Self { air_steps: air_steps.max(1), ..self }
     }
@@ -187,7 +187,7 @@ impl Reference<'_> {
             light::arriving(own, point).1 > 0.0
                 && (!casts || Receiver::floating(point).sees(&self.geometry, own, on_disc))
         };
-        // In dense fog every other probe goes by the share of lost light.
+        // In dense fog every other probe is placed by the share of lost light instead of the distance.
         let whole = part.lost(0.0, limit);
         let by_loss = part.depth(0.0, limit) > 0.5;
         let probe = |step: u32| {
@@ -293,7 +293,7 @@ mod tests {
         }
     }
 
-    /// The same sum by many even steps, with a ray to each light from each.
+    /// Compares the march with a sum over many even steps, with a ray from each step to each light.
     #[test]
     fn the_march_is_what_many_plain_steps_come_to() {
         let (scene, fog) = (balls(true), medium(0.4, 1.0));

@@ -32,14 +32,14 @@ pub fn spreading(settings: &Settings) -> Option<impl Fn(&[[f64; 3]], [u32; 2]) -
 }
 
 impl Truth {
-    /// The same with its share of spread light, as the settings have it. The standard error, which spreading makes less, stays that of the light before.
+    /// Adds the settings' share of spread light. The standard error keeps its value from before the spreading, which would make it less.
     pub fn with_spread_light(mut self, settings: &Settings) -> Self {
         self.radiance = bloomed(&self.radiance, self.size, settings);
         self
     }
 }
 
-/// The same as a frame does it, by levels with as many taps as the settings have.
+/// Spreads light as a frame does: through a pyramid of levels, with as many filter taps as the settings have.
 pub fn by_levels(light: &[[f64; 3]], size: [u32; 2], settings: &Settings) -> LightPixels {
     let weights = weights(size, settings.bloom_radius, settings.bloom_taps);
     let edges = size.map(|edge| edge as usize);
@@ -98,7 +98,7 @@ pub fn spread(light: &[[f64; 3]], size: [u32; 2], radius: f32) -> LightPixels {
     sum
 }
 
-/// Convolved with the binomial coefficients of 10, so many pixels apart, along both axes.
+/// Convolves along both axes with the binomial coefficients of 10, spaced `apart` pixels.
 fn binomial(light: &[[f64; 3]], [width, height]: [u32; 2], apart: i64) -> LightPixels {
     const COEFFICIENTS: [f64; 11] = [1.0, 10.0, 45.0, 120.0, 210.0, 252.0, 210.0, 120.0, 45.0, 10.0, 1.0];
     let (width, height) = (width as usize, height as usize);
@@ -141,7 +141,7 @@ struct PyramidLevel {
 }
 
 impl PyramidLevel {
-    /// The light with that of wider levels, by the weights from this level on.
+    /// Mixes this level's light with the wider levels; `weights` begin with this level's.
     fn mixed_with_wider(&self, weights: &[f64], taps: u32) -> LightPixels {
         let all: f64 = weights.iter().sum();
         if weights.len() == 1 || all <= 0.0 {
@@ -277,7 +277,7 @@ mod tests {
         }
     }
 
-    /// Of a level that is three steps down, a light has 64 places.
+    /// A light has 64 places relative to the texels of a level three steps down.
     #[test]
     #[ignore = "test-all: many levels at many places"]
     fn the_kernel_of_the_truth_is_the_mean_response_of_the_levels_wherever_a_light_is() {
@@ -299,7 +299,7 @@ mod tests {
         assert!((energy(&kernel) - 1.0).abs() < 1e-12);
     }
 
-    /// The root of the mean square of how far the spread light of a dot is from a convolution, over that of the kernel.
+    /// Returns the RMS difference between a dot's spread light and its convolution with the kernel, relative to the RMS of the convolution.
     fn flicker(taps: u32, lights: impl ExactSizeIterator<Item = LightPixels>) -> f64 {
         let (size, radius) = ([160, 160], 0.03);
         let (mut apart, mut all) = (0.0, 0.0);
@@ -314,10 +314,10 @@ mod tests {
         (apart / all).sqrt()
     }
 
-    /// A filter down that is `cos^n(pi f)` in frequencies, and one up that is `cos^m`, leave of a dot `cos^(n + m)` in the mean, and besides, by
-    /// Parseval, the alias mirrored at half of the sampling rate: `sin^n cos^m`. One over the other, along an axis: the square root of the integral
-    /// of `sin^2n cos^2m` over that of `cos^(2n + 2m)`; times the square root of 2 for two axes. Levels after the first, and several that are mixed,
-    /// have less: most of the light that they would mirror is gone.
+    /// A downsampling filter with the frequency response `cos^n(pi f)` and an upsampling filter with `cos^m` leave `cos^(n + m)` of a dot on average,
+    /// and besides, by Parseval, the alias mirrored at half of the sampling rate: `sin^n cos^m`. The bound is their ratio along an axis, the square
+    /// root of the integral of `sin^2n cos^2m` over the integral of `cos^(2n + 2m)`, times the square root of 2 for two axes. Later levels and
+    /// mixtures of several levels flicker less, because most of the light that they would mirror is gone.
     #[test]
     #[ignore = "test-all: many levels at many places"]
     fn a_bright_pixel_that_moves_does_not_flicker_by_more_than_a_level_mirrors() {
@@ -333,8 +333,8 @@ mod tests {
         assert!((bounds[2].1 - 0.0522).abs() < 1e-3 && bounds[1].1 < 0.21 && bounds[0].1 < 0.54, "{bounds:?}");
         let mut before = f64::INFINITY;
         for (taps, bound) in bounds {
-            // The filters are the same along both axes, so half of the places are the other half's mirror images.
-            // `make test-all` tries them all, `make test` those along an edge and the diagonal.
+            // Both axes have the same filters, so half of the places are mirror images of the other half. `make test-all` tries each place once,
+            // `make test` only places along an edge and the diagonal.
             let all = std::env::var("AFTERLIGHT_TESTS").is_ok_and(|value| value == "all");
             let is_tried = |[x, y]: [usize; 2]| if all { x >= y } else { x == y && x % 2 == 1 || y == 0 && x % 4 == 1 };
             let places: Vec<usize> = (0..64).filter(|at| is_tried([at % 8, at / 8])).collect();

@@ -1,8 +1,8 @@
 //! A bounding volume hierarchy over triangles.
 //!
-//! The tree's shape is made by the `bvh` crate, by the surface area heuristic, in f64 and on all threads. It is walked here: the crate's own
-//! walks return all boxes that are met or keep 32 levels at most, and none takes a bound that shrinks while triangles are met. The boxes are
-//! made again from the triangles, so that one without volume or too large for the heuristic's sums still holds what is in it.
+//! The `bvh` crate builds the tree in f64 on all threads, by the surface area heuristic. The traversal is here: the crate's own traversals return all
+//! boxes that are met or keep at most 32 levels, and none takes a bound that shrinks while triangles are met. The boxes are recomputed from the
+//! triangles, so that a box without volume, or one too large for the heuristic's sums, still contains its triangles.
 
 use bvh::aabb::{Aabb as CrateBox, Bounded};
 use bvh::bounding_hierarchy::BHShape;

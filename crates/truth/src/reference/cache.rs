@@ -1,9 +1,9 @@
 //! Truths on disk: a finished one is read instead of computed, a broken-off one goes on where its last save was.
 //!
-//! Each truth and number of samples has a file, `truth-HASH-SAMPLES.bin`, or `.part` for a run that has not come to its end; the hash is that of all
-//! that the truth depends on. A file is written beside its place and renamed, and carries the hash and a checksum: a damaged, truncated or foreign
-//! one is computed again. All files may be deleted at any time. A truth of 1280x720 takes 44 MB. All files together take 2 GiB at most, or as much
-//! as the last one: the least recently used are removed.
+//! Each truth and number of samples has a file, `truth-HASH-SAMPLES.bin`, or `.part` for an unfinished run; the hash covers everything that the truth
+//! depends on. A file is written under another name and renamed, and carries the hash and a checksum: a damaged, truncated or foreign file is
+//! computed again. All files may be deleted at any time. A truth of 1280x720 takes 44 MB. All files together take 2 GiB at most, or as much as the
+//! last one: the least recently used are removed.
 
 use std::env;
 use std::fs;
@@ -19,7 +19,7 @@ use super::render::{Accumulation, PASS, ProgressCallback, Reference};
 use super::{CameraView, Mode, TriangleId, Truth, TruthOptions, fingerprint};
 
 const MAGIC: [u8; 8] = *b"AFTLTR01";
-/// Magic, the hash of what the truth depends on, and the hash of the rest.
+/// Sizes of the magic, the hash of everything that the truth depends on, and the hash of the rest of the file.
 const HEADER_BYTES: usize = 8 + 32 + 32;
 /// No triangle, in a file.
 const NO_TRIANGLE: u32 = u32::MAX;
@@ -55,7 +55,7 @@ pub enum TruthOrigin {
 pub struct Cached {
     /// The picture.
     pub truth: Truth,
-    /// Its origin: read, rendered, or both.
+    /// Whether it was read, rendered, or both.
     pub source: TruthOrigin,
     /// Warnings about the cache, a line each. The truth is right all the same.
     pub warnings: Vec<String>,
@@ -109,7 +109,7 @@ impl Cache {
         work.file(samples, FINISHED).is_file()
     }
 
-    /// The same as [`Reference::render`], to the last bit, from what is there already.
+    /// Renders like [`Reference::render`], to the last bit, and reuses cached work.
     pub fn render(
         &self,
         reference: &Reference,
@@ -268,7 +268,7 @@ impl CacheEntry<'_> {
         self.cache.folder.join(format!("truth-{}-{samples}.{extension}", self.name()))
     }
 
-    /// The payload of a file, decoded; a warning where there is a file that does not hold it.
+    /// Reads a file and decodes its payload. Warns if the file exists and does not hold it.
     fn read<T>(&mut self, file: &Path, payload_bytes: usize, decode: impl Fn(&[u8]) -> Option<T>) -> Option<T> {
         let bytes = match read_regular(file, (HEADER_BYTES + payload_bytes) as u64) {
             Ok(bytes) => bytes,
@@ -281,7 +281,7 @@ impl CacheEntry<'_> {
         let payload = open(&bytes, &self.key);
         let found = payload.and_then(decode);
         if found.is_some() {
-            // Its last use; where that cannot be noted, it goes earlier.
+            // Records the file's last use; if that fails, the file is only removed earlier.
             let _ = fs::File::options().append(true).open(file).and_then(|file| file.set_modified(SystemTime::now()));
         } else {
             self.warn(file, "is damaged or not a truth of this scene and view: it is computed again");
@@ -326,7 +326,7 @@ fn reals(values: &[[f64; 3]]) -> impl Iterator<Item = u8> {
     values.iter().flatten().flat_map(|value| value.to_le_bytes())
 }
 
-/// Returns the values of so many pixels, and the bytes after them.
+/// Splits off the values of the first `pixels` pixels, and returns the bytes after them as well.
 fn split_reals(bytes: &[u8], pixels: usize) -> Option<(Vec<[f64; 3]>, &[u8])> {
     let (own, rest) = bytes.split_at_checked(pixels.checked_mul(24)?)?;
     let values: Vec<f64> = own.as_chunks::<8>().0.iter().map(|&bytes| f64::from_le_bytes(bytes)).collect();

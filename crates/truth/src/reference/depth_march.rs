@@ -23,9 +23,9 @@ const LEAST_FACING: f64 = 0.01;
 /// A picture of distances.
 #[derive(Debug, Clone, Copy)]
 pub struct DepthBuffer<'a> {
-    /// Of the camera.
+    /// The camera, and the size of the picture.
     pub view: CameraView,
-    /// Along the view in metres, rows from the top; infinite where nothing is seen.
+    /// Distances along the view in metres, rows from the top; infinite where nothing is seen.
     pub distances: &'a [f64],
 }
 
@@ -34,7 +34,7 @@ pub struct DepthBuffer<'a> {
 pub struct March {
     /// Metres.
     pub radius: f64,
-    /// In radii.
+    /// Thickness of surfaces, in radii.
     pub thickness: f64,
     /// Slices of half a turn.
     pub slices: u32,
@@ -65,7 +65,7 @@ impl DepthBuffer<'_> {
         let middle = DVec2::new(f64::from(pixel[0]), f64::from(pixel[1])) + 0.5;
         let Some(place) = self.place(&lens, middle) else { return 1.0 };
         let to_eye = lens.eye_from(place);
-        // Normal maps turn some normals away from the eye: those are taken to be seen from their edge.
+        // A normal that a normal map turns away from the eye is bent until its surface is seen edge-on.
         let normal = (normal + to_eye * (LEAST_FACING - normal.dot(to_eye)).max(0.0)).normalize();
         let (x, y) = to_eye.any_orthonormal_pair();
         let (mut open, mut whole) = (0.0, 0.0);
@@ -140,7 +140,7 @@ impl Slice {
     }
 }
 
-/// Takes an interval out of those that are left. Returns the length that was taken.
+/// Removes an interval from the remaining ones. Returns the length that was removed.
 fn cut(left: &mut Vec<[f64; 2]>, [from, until]: [f64; 2]) -> f64 {
     let mut taken = 0.0;
     let mut rest = Vec::with_capacity(left.len() + 1);

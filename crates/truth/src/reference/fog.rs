@@ -1,8 +1,8 @@
-//! Fog in f64. Along a metre at a height h it takes away the share density exp(-(h - base) / height) of the light, and scatters `albedo` of that. Light
-//! from everywhere is taken as its mean, and that of directional lights reaches the fog without loss.
+//! Fog in f64. At a height h it removes the share density exp(-(h - base) / height) of the light per metre, and scatters `albedo` of the removed
+//! light. Light from everywhere counts as its mean, and directional light reaches the fog without loss.
 //!
-//! Fog of the kind `height` lies in no shadow, so that the light which a ray gains in endless fog is in proportion to the light that it loses: both
-//! are closed forms.
+//! Fog of the kind `height` ignores shadows, so the light that a ray gains in endless fog is proportional to the light that it loses: both are closed
+//! forms.
 
 use std::f64::consts::PI;
 
@@ -16,9 +16,9 @@ use afterlight_scene::{Environment, Fog, Light, LightForm, Settings, Sky};
 pub struct Medium {
     /// Never `Off`.
     pub kind: Fog,
-    /// At the base, in 1/m.
+    /// Extinction at `base`, in 1/m.
     pub density: f64,
-    /// Metres in which it falls to a part in e.
+    /// Metres of height over which the extinction falls by a factor of e.
     pub height: f64,
     /// Metres above the world's origin.
     pub base: f64,
@@ -63,8 +63,8 @@ impl Medium {
         self.density * (-(height - self.base) / self.height).exp()
     }
 
-    /// Its integral over so many metres of a ray that begins at a height and climbs by so much each metre: finite for an endless ray that climbs, and
-    /// for no other that is endless.
+    /// Returns the optical depth of `metres` of a ray that begins at the height `from` and climbs by `climb` per metre. The depth of an endless ray
+    /// is finite only if the ray climbs.
     pub fn optical_depth(&self, from: f64, climb: f64, metres: f64) -> f64 {
         if metres <= 0.0 {
             return 0.0;
@@ -73,7 +73,7 @@ impl Medium {
             return if climb > 0.0 { self.extinction(from) * self.height / climb } else { f64::INFINITY };
         }
         let scales = climb * metres / self.height;
-        // From the lower end: the other way it is the same, and no term overflows that is not the result.
+        // Begins at the lower end: the depth is the same either way, and no intermediate term overflows unless the result does.
         let lower = if scales < 0.0 { from + climb * metres } else { from };
         let scales = scales.abs();
         let mean = if scales == 0.0 { 1.0 } else { -(-scales).exp_m1() / scales };

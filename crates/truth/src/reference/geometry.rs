@@ -1,8 +1,8 @@
 //! The scene's triangles in the world, in f64, and their intersections with rays.
 //!
-//! A ray sees the surfaces that the rasterizer would draw: faces of one-sided materials from the front, which a mirrored transform turns over; no
-//! holes of masks; nothing before the near plane. Of coplanar opaque surfaces the first one of the scene is seen. A coat lies on the surface that is
-//! coplanar with it.
+//! A ray sees the surfaces that the rasterizer would draw: one-sided materials only from the front, which a mirrored transform turns over; no holes
+//! of masks; nothing before the near plane. If opaque surfaces are coplanar, it sees the scene's first. A coat lies on the surface that is coplanar
+//! with it.
 
 use glam::{DAffine3, DMat3, DVec2, DVec3, DVec4, Vec2, Vec3, Vec4};
 
@@ -53,7 +53,7 @@ pub struct Hit {
 pub struct Geometry<'a> {
     scene: &'a Scene,
     pub triangles: Vec<Triangle>,
-    /// By object.
+    /// Indexed by object.
     pub objects: Vec<TracedObject<'a>>,
     /// The first triangle of each point and line. It has no area, so that only a picture's own rays meet it, by [`Strokes`](super::strokes::Strokes).
     pub strokes: Vec<usize>,
@@ -106,7 +106,7 @@ impl<'a> TracedObject<'a> {
         }
     }
 
-    /// Returns the texel of a slot's texture at a place, if there is one: that of the object's cell.
+    /// Returns the texel of a slot's texture at a point of a triangle, from the atlas cell of the object; `None` without a texture.
     pub fn texel(&self, scene: &Scene, slot: TextureSlot, triangle: u32, weights: [f64; 3]) -> Option<DVec4> {
         let texture = &scene.textures[self.material.texture(slot)?];
         let cell = TextureRegion::cell(texture, self.material.atlas, self.look.cell);
@@ -176,7 +176,7 @@ impl<'a> Geometry<'a> {
         self.seen_with(ray, near, |_| (), transparent)
     }
 
-    /// The same with the points and lines that `strokes` hands on, which the ray meets from `near` on.
+    /// Finds surfaces like [`Self::seen`], and also the points and lines that `strokes` passes on, which the ray meets from `near` on.
     pub fn seen_with(
         &self,
         ray: &Ray,

@@ -1,8 +1,8 @@
 //! A ray against a triangle in f64, without gaps: Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection" (JCGT 2013).
 //!
-//! A ray through an edge or a corner that triangles share meets exactly one of them: ties go by the direction of the edge, as in
-//! rasterizers ("top-left rule"). Else panes would be laid over themselves along the diagonals of their rectangles. Triangles without area and
-//! those that are seen from their edge are not met.
+//! A ray through an edge or a corner that triangles share meets exactly one of them: ties go by the direction of the edge, as in rasterizers
+//! ("top-left rule"). Otherwise panes would be blended over themselves along the diagonals of their rectangles. Triangles without area and triangles
+//! seen edge-on are not met.
 
 use glam::DVec3;
 
@@ -10,7 +10,7 @@ use glam::DVec3;
 #[derive(Debug, Clone, Copy)]
 pub struct Ray {
     pub origin: DVec3,
-    /// Of any length but 0; distances along the ray are counted in it.
+    /// Direction of any length but 0; distances along the ray are in units of this length.
     pub direction: DVec3,
     /// 1 / direction, finite.
     pub(super) inverse: DVec3,
@@ -23,7 +23,7 @@ pub struct Ray {
 /// The intersection of a ray with a triangle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Crossing {
-    /// In lengths of the ray's direction; may be negative.
+    /// Distance in lengths of the ray's direction; may be negative.
     pub distance: f64,
     /// Weights of the corners; they add up to 1.
     pub weights: [f64; 3],
@@ -108,7 +108,7 @@ mod tests {
     #[test]
     fn distance_weights_and_side_are_those_of_geometry() {
         for turn in 0..3 {
-            // The same triangle along each axis.
+            // Turns the triangle towards each axis.
             let turned = |v: DVec3| DVec3::from_array([0, 1, 2].map(|axis| v[(axis + turn) % 3]));
             let corners = TRIANGLE.map(turned);
             for (from, counter_clockwise) in [(DVec3::new(0.5, 0.25, 3.0), true), (DVec3::new(0.5, 0.25, -2.0), false)]

@@ -24,7 +24,7 @@ impl SurfacePoint<'_> {
         self.part.texel(self.scene, slot, self.triangle, self.weights)
     }
 
-    /// The same, or 1.
+    /// The value of a slot's texture, or 1 without one.
     fn texel(&self, slot: TextureSlot) -> DVec4 {
         self.texture(slot).unwrap_or(DVec4::ONE)
     }
@@ -38,7 +38,7 @@ impl SurfacePoint<'_> {
             .sum()
     }
 
-    /// The lobes beside base and highlight, where it is lit with this model.
+    /// The lobes beside base and highlight, if this model has them.
     fn lobes(&self, model: Brdf, normal: DVec3) -> SurfaceLobes {
         let material = self.part.material;
         if !material.has_lobes(model) {
@@ -110,14 +110,13 @@ impl SurfacePoint<'_> {
     }
 }
 
-/// A vector of any length to a unit one; one without a length gives the fallback.
+/// Normalizes a vector of any length; one without a finite length gives the fallback, and so does zero.
 fn unit_or(vector: DVec3, fallback: DVec3) -> DVec3 {
     let largest = vector.abs().max_element();
     if largest > 0.0 && largest.is_finite() { (vector / largest).normalize() } else { fallback }
 }
 
-/// The surface of a hit, and the way that it is blended. `position` is relative to the camera; `brdf`, if given, replaces that of all
-/// materials.
+/// Returns the surface of a hit, and its alpha mode. `position` is relative to the camera; `brdf`, if given, replaces the model of all materials.
 pub fn surface(
     scene: &Scene,
     geometry: &Geometry,

@@ -63,7 +63,7 @@ pub enum Mode {
     /// The light through the pixel's centre, with textures bilinear at level 0: a picture of one sample differs from it by numeric error and
     /// by the filtering of textures alone.
     Point,
-    /// The mean over the pixel's square, by so many samples: aliasing counts as error, too.
+    /// The mean of `samples` samples over the pixel's square: aliasing counts as error, too.
     Converged {
         /// Rays through each pixel.
         samples: u32,
@@ -103,7 +103,7 @@ pub struct Truth {
     pub size: [u32; 2],
     /// Scene-linear RGB in nits, the background where nothing is seen.
     pub radiance: Vec<[f64; 3]>,
-    /// Of the mean in each channel, where there are several samples a pixel.
+    /// Standard error of the mean in each channel, if there are several samples a pixel.
     pub standard_error: Option<Vec<[f64; 3]>>,
     /// The nearest opaque triangle through each pixel's centre, in [`Mode::Point`].
     pub triangles: Option<Vec<Option<TriangleId>>>,

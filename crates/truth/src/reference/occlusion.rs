@@ -1,8 +1,8 @@
 //! Ambient occlusion by rays: the share of the light from everywhere that surfaces nearby leave to a point.
 //!
-//! The share is the mean over the hemisphere around the shading normal, weighted by the cosine, of the share of each direction: 1 - [`hidden`] of
-//! the distance to the nearest opaque surface in it, whichever side of that is met and whether or not it casts shadows. Rays begin a little above
-//! the triangle that is seen, as those to lights do ([`super::shadow`]): directions that a bent normal has below the triangle are blocked.
+//! The share is the mean over the hemisphere around the shading normal, weighted by the cosine, of each direction's share: 1 - [`hidden`] of the
+//! distance to the nearest opaque surface, whichever side of it is met and whether or not it casts shadows. Rays begin a little above the visible
+//! triangle, like rays to lights ([`super::shadow`]): if the normal is bent, directions below the triangle are blocked.
 
 use glam::{DVec2, DVec3};
 
@@ -11,9 +11,9 @@ use super::geometry::Geometry;
 use super::intersect::Ray;
 use super::sampling;
 
-/// Rays of a point that is asked for whole. They are a net of 32 x 32 cells with a ray in each, so that only cells on an outline err, by a
-/// variance of at most 1/4 each. A convex outline crosses at most 4 x 32 cells: sqrt(128 / 4) / 1024 is an error of .0055, a ninth of what
-/// docs/AO.md asks of a pass.
+/// Rays of a point that is computed by itself. They are a net of 32 x 32 cells with a ray in each, so that only cells on an outline err, by a
+/// variance of at most 1/4 each. A convex outline crosses at most 4 x 32 cells: the error is sqrt(128 / 4) / 1024 = .0055, a ninth of the bound that
+/// docs/AO.md sets for a pass.
 pub const RAYS: u32 = 1024;
 /// Rays of each of a pixel's many samples: four samples are a net of 64.
 const RAYS_OF_A_SAMPLE: u32 = 16;
@@ -34,7 +34,7 @@ pub(super) fn hash(radius: f64, fingerprint: &mut Fingerprint) {
 pub(super) enum RaySubset {
     /// [`RAYS`] of them.
     All,
-    /// Those of a pixel's sample.
+    /// The rays of one sample of a pixel.
     Of { sample: u32, pixel: u64 },
 }
 
@@ -102,7 +102,7 @@ mod tests {
         for distance in [1e-6, 0.1, 0.5, 1.0, 1.9, 2.5] {
             let (m, radius) = (f64::min(distance / 2.0, 1.0), 2.0);
             let wanted = 1.0 - ((1.0 + 2.0 * m * m) * m.acos() - 3.0 * m * (1.0 - m * m).sqrt()) / PI;
-            // From its front and from its back: both hide.
+            // The wall hides light with its front and with its back.
             for side in [1.0, -1.0] {
                 let found = on_floor(&scene, DVec3::new(side * distance, 0.0, 0.3), radius);
                 assert!((found - wanted).abs() < 0.0055, "{side} {distance}: {found} {wanted}");

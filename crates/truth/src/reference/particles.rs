@@ -1,8 +1,7 @@
 //! Particles of the truth: each at the place that its closed form gives in f64, lit at its middle by rays, and blended in exact order.
 //!
-//! A particle is a square that faces the view, so that all of it is equally far along the view: no two of them ever cross, and the order of their
-//! middles is that of every pixel. It scatters light that meets it evenly to all sides: light of 1 lux becomes 1 / (4 pi) nits, and an even sky as
-//! many nits as it has.
+//! A particle is a square that faces the view, so all of it is equally far along the view: particles never cross, and the order of their centres is
+//! right for every pixel. It scatters light evenly to all sides: light of 1 lux becomes 1 / (4 pi) nits, and an even sky keeps its nits.
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
@@ -21,7 +20,7 @@ use afterlight_scene::{Emitter, Scene};
 /// A particle that is lit, wherever it is seen from.
 #[derive(Debug, Clone)]
 pub(super) struct Lit {
-    /// In the world.
+    /// World position.
     position: DVec3,
     /// Half its edge in metres.
     half: f64,
@@ -30,15 +29,15 @@ pub(super) struct Lit {
     radiance: DVec3,
     alpha: f64,
     softness: f64,
-    /// With its columns and rows, and its cell.
+    /// Texture, the columns and rows of its atlas, and the cell.
     texture: Option<(usize, [u32; 2], u32)>,
 }
 
-/// Those before a camera, from the farthest to the nearest.
+/// The particles before a camera, from the farthest to the nearest.
 pub(super) struct Billboards<'a> {
     scene: &'a Scene,
     all: Vec<(f64, &'a Lit)>,
-    /// By row of the picture, which of them may be seen there; none where each may be.
+    /// For each row of the picture, the particles that may be visible there; `None` if any particle may be visible in any row.
     rows: Option<Vec<Vec<u32>>>,
     right: DVec3,
     up: DVec3,
@@ -50,7 +49,7 @@ pub(super) struct Layer {
     /// Along the view, in metres.
     pub distance: f64,
     pub radiance: DVec3,
-    /// Before it fades.
+    /// Alpha before the fade near surfaces.
     alpha: f64,
     softness: f64,
 }
@@ -177,7 +176,7 @@ impl<'a> Billboards<'a> {
         own
     }
 
-    /// Those alone that one ray meets.
+    /// Returns only the particles that one ray meets.
     pub fn met_by(scene: &'a Scene, lit: &'a [Lit], rays: &CameraRays, ray: &Ray) -> Self {
         let mut own = Self::before(scene, lit, rays);
         let met: Vec<_> =
@@ -187,7 +186,7 @@ impl<'a> Billboards<'a> {
         own
     }
 
-    /// Those before the near plane, in the order of the emitters.
+    /// Returns the particles beyond the near plane, in the order of the emitters.
     fn before(scene: &'a Scene, lit: &'a [Lit], rays: &CameraRays) -> Self {
         let [right, up, forward, eye] = rays.axes();
         let all = lit.iter().map(|own| ((own.position - eye).dot(forward), own));
@@ -195,7 +194,7 @@ impl<'a> Billboards<'a> {
         Self { scene, all, rows: None, right, up, near: rays.near }
     }
 
-    /// Stable: of equally far ones those of the first emitter and the oldest lie behind, as the renderer has them.
+    /// A stable sort: of equally far particles, the first emitter's and the oldest lie behind, as in the renderer.
     fn sort(&mut self) {
         self.all.sort_by(|a, b| b.0.total_cmp(&a.0));
     }
@@ -232,7 +231,7 @@ impl<'a> Billboards<'a> {
         Some(Layer { distance, radiance, alpha: own.alpha * texel.w, softness: own.softness })
     }
 
-    /// The layer over what lies behind it, before a surface so far along the view.
+    /// Blends a layer over the light behind it; the layer fades before a surface at the distance `surface` along the view.
     pub fn over(&self, layer: &Layer, surface: f64, behind: DVec3) -> DVec3 {
         let room = (surface - layer.distance).min(layer.distance - self.near);
         let fade = match layer.softness > 0.0 {

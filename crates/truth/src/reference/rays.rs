@@ -42,8 +42,8 @@ impl CameraRays {
         Self { lens, ..self }
     }
 
-    /// Returns the ray through a place of the picture, in pixels from its upper left corner. Distances along it are distances along the view. Each of
-    /// several parallel rays begins at an eye of its own.
+    /// Returns the ray through a place of the picture, in pixels from its upper left corner. Distances along it are distances along the view.
+    /// Parallel rays have different origins.
     pub(super) fn ray(&self, place: DVec2) -> Ray {
         let at = place * 2.0 / self.size - 1.0;
         let aside = self.right * at.x + self.down * at.y;
@@ -91,7 +91,7 @@ impl CameraRays {
         (at + 1.0) * self.size / 2.0
     }
 
-    /// From there, a unit vector.
+    /// Returns the direction from a place to the eye, a unit vector.
     pub(super) fn eye_from(&self, place: DVec3) -> DVec3 {
         if self.parallel { -self.forward } else { -place.normalize() }
     }

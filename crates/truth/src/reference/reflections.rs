@@ -1,9 +1,9 @@
 //! Reflections of surfaces in smooth ones: one bounce, by rays.
 //!
-//! The lobe of Cook-Torrance looks along directions that lie as often as its visible facets (Heitz 2018). The first opaque surface that a direction
-//! meets shines as it does for an eye there: by lights with their shadows, ambient light, the sky and its own emission, but it mirrors nothing
-//! itself. Its light replaces the sky and ambient light for the share of the lobe that meets a surface. Light that facets scatter again is taken from
-//! the lobe's directions, too, by the share that [`super::sky`] has of it. Transparent surfaces mirror nothing and are not met.
+//! The lobe of Cook-Torrance looks along directions distributed like its visible facets (Heitz 2018). The first opaque surface that a direction meets
+//! shines as it does for an eye there: by lights with their shadows, ambient light, the sky and its own emission, but it mirrors nothing itself. The
+//! light of this surface replaces the sky and ambient light for the share of the lobe that meets a surface. Light that facets scatter again is taken
+//! from the lobe's directions, too, by the share that [`super::sky`] has of it. Transparent surfaces mirror nothing and are not met.
 //!
 //! Surfaces mirror less from four fifths of the roughest on, and rougher ones nothing: a part of the model, as frames have it.
 
@@ -21,9 +21,9 @@ use super::sky::{self, visible_facet};
 use super::{ShadingPoint, Smith, SurfaceLobes, sampling};
 use afterlight_scene::{Brdf, Scene};
 
-/// Directions of a point that is asked for whole.
+/// Directions of a point that is computed by itself.
 const DIRECTIONS: u32 = 256;
-/// Of each of a pixel's many samples.
+/// Directions of each of a pixel's many samples.
 const DIRECTIONS_OF_A_SAMPLE: u32 = 4;
 
 /// Adds the greatest roughness of surfaces that mirror others.
@@ -90,7 +90,7 @@ pub fn gathered(
     }
     let mean = lobe.specular + (DVec3::splat(lobe.grazing) - lobe.specular) / 21.0;
     let missing = 1.0 - even_share(lobe.n_dot_v, lobe.roughness);
-    // The mean is over all directions that were asked, those into the surface among them.
+    // The mean includes the directions into the surface.
     (light / points.len() as f64 / (DVec3::ONE - mean * missing), share / all)
 }
 
@@ -138,7 +138,7 @@ impl Reference<'_> {
         let mut met = |direction: DVec3| {
             let bounced = receiver.leaving(direction)?;
             let hit = self.geometry().seen(&bounced, 0.0, &mut Vec::new())?;
-            // A direction has few shadow rays where it is one of many.
+            // Each direction has few shadow rays, because it is one of many.
             let points = match points {
                 Points::All => {
                     Points::One { sample: 0, pixel: sampling::hash(direction.x.to_bits() ^ direction.y.to_bits()) }

@@ -1,11 +1,13 @@
 //! The way of light through glass (KHR_materials_transmission, KHR_materials_volume, KHR_materials_dispersion), by rays.
 //!
-//! A ray that meets glass goes on from a facet of its surface: mirrored to the other side of a thin wall, else refracted into the body (Walter et al., "Microfacet Models
-//! for Refraction through Rough Surfaces", 2007). In the body it is absorbed on its way (Beer's law), and at each surface of it part goes on outside and part inside, by Schlick's Fresnel at the
-//! outer angle; beyond the critical angle all of it stays. Both parts are followed for as long as they count. The base colour tints light once, as it enters.
+//! A ray that meets glass goes on from a facet of its surface: mirrored to the other side of a thin wall, else refracted into the body (Walter et
+//! al., "Microfacet Models for Refraction through Rough Surfaces", 2007). In the body it is absorbed on its way (Beer's law). At each surface of the
+//! body one part goes on outside and one inside, by Schlick's Fresnel at the outer angle; beyond the critical angle all of it stays. Both parts are
+//! followed for as long as they count. The base colour tints light once, as it enters.
 //!
-//! Light meets what a picture shows elsewhere: opaque surfaces lit as ever, other glass, surfaces blended over them, and the background. What is left out: particles behind glass, blended surfaces and
-//! coats within a body, the bending between two bodies that touch, and light that lamps without a size send through a rough surface.
+//! Light behind glass comes from everything that a picture shows elsewhere: opaque surfaces with their usual light, other glass, surfaces blended
+//! over them, and the background. Left out are particles behind glass, blended surfaces and coats within a body, the bending between two bodies that
+//! touch, and light that lamps without a size send through a rough surface.
 
 use glam::{DVec2, DVec3};
 
@@ -61,7 +63,7 @@ pub fn refracted(view: DVec3, facet: DVec3, eta: f64) -> Option<DVec3> {
 }
 
 impl Reference<'_> {
-    /// The body of a hit's glass, where it is drawn as such.
+    /// Returns the body of a hit's glass, if it is drawn as refracting.
     pub(super) fn body_of(&self, hit: &Hit) -> Option<Body> {
         let own = self.geometry().object(hit).material;
         let glass = own.refracts(own.model(self.brdf))?;
@@ -133,7 +135,8 @@ impl Reference<'_> {
         share * light
     }
 
-    /// The surface with a normal that faces the viewer. Interpolated normals at a rim and normals of a map at grazing angles may face away, and light could not leave there.
+    /// The surface with a normal that faces the viewer. Interpolated normals at a rim and normals of a map at grazing angles may face away, and light
+    /// could not leave there.
     fn facing(&self, surface: &ShadingPoint, hit: &Hit, view: DVec3) -> ShadingPoint {
         let [a, b, c] = self.geometry().triangles[hit.triangle].corners;
         let plane = (b - a).cross(c - a).normalize_or_zero();
@@ -179,7 +182,7 @@ impl Reference<'_> {
     fn within(&self, ray: &Ray, way: &Way, share: DVec3, met: u32) -> DVec3 {
         let is_met = |hit: &Hit| {
             let own = self.geometry().object(hit).material;
-            // Blended surfaces, coats, and the backs of what is opaque and has but a front.
+            // Blended surfaces, coats, and the backs of one-sided opaque surfaces are not met.
             let is_glass = self.body_of(hit).is_some_and(|body| !body.is_thin);
             is_glass || !own.is_transparent() && (hit.front || own.two_sided)
         };
@@ -227,7 +230,8 @@ impl Reference<'_> {
     }
 }
 
-/// Points of the unit square for the facets of a surface of this roughness: one for each of many samples; none, which stands for the surface itself, where it is as smooth as glass is.
+/// Points of the unit square that choose the facets of a surface of this roughness: a single one in each of a pixel's many samples. Polished glass
+/// has a single `None`, which stands for the surface itself.
 fn facets(roughness: f64, points: Points, met: u32) -> Vec<Option<DVec2>> {
     match points {
         _ if roughness < SMOOTH => vec![None],
@@ -326,8 +330,8 @@ pub(super) mod tests {
         let green = Refraction { thickness: 0.3, color: Vec3::new(0.25, 1.0, 0.5), distance: 0.3, ..Refraction::THIN };
         let material = Material { base_color: Vec3::new(1.0, 0.5, 1.0), alpha: 0.2, ..Material::clear_glass(green) };
         let found = middle(&alone(shapes::cuboid([1.0, 1.0, 0.3]), material), Mode::Point);
-        // Straight through: (1 - R)^2 A / (1 - R^2 A^2) with the light that goes back and forth, of what is not held back. A fifth of the light is the body's, which is black
-        // without a light.
+        // Straight through, with inter-reflections: (1 - R)^2 A / (1 - R^2 A^2) of the light that alpha lets pass. A fifth of the light is the
+        // body's, which is black without a light.
         let through = |left: f64, tint: f64| 0.8 * tint * 0.96 * 0.96 * left / (1.0 - 0.0016 * left * left);
         let back = |left: f64, tint: f64| 0.8 * tint * 0.96 * 0.04 * left * left * 0.96 / (1.0 - 0.0016 * left * left);
         let expected = DVec3::new(through(0.25, 1.0), through(1.0, 0.5), through(0.5, 1.0))

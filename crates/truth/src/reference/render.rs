@@ -20,7 +20,7 @@ use afterlight_scene::{AlphaMode, Brdf, Camera, Error, Light, Scene, Settings, T
 /// Samples that are added to every pixel before the next pass begins. A pass depends on the samples' numbers alone.
 pub const PASS: u32 = 4;
 
-/// Called with the number of finished samples and that of all.
+/// Called with the number of finished samples and the number of all samples.
 pub type ProgressCallback<'a> = &'a (dyn Fn(u64, u64) + Sync);
 
 /// A scene that is ready to be looked at.
@@ -36,9 +36,9 @@ pub struct Reference<'a> {
     pub(super) effects: Effects,
     /// Probes of the air along a ray, of where lights are.
     pub(super) air_steps: u32,
-    /// Billboards with their light, once somebody looks.
+    /// The lit particles, computed when first needed.
     pub(super) lit: OnceLock<Vec<Lit>>,
-    /// With directions of length 1.
+    /// The scene's lights, with directions of length 1.
     pub(super) lights: Vec<Light>,
     pub(super) geometry: Geometry<'a>,
     pub(super) lens: Option<ThinLens>,
@@ -49,7 +49,7 @@ pub struct Reference<'a> {
 pub struct Accumulation {
     /// Samples of each pixel so far.
     pub samples: u32,
-    /// Their mean, rows from the top.
+    /// Mean of the samples, rows from the top.
     pub mean: Vec<[f64; 3]>,
     /// Sum of the squared distances from the mean.
     pub squares: Vec<[f64; 3]>,
@@ -117,22 +117,22 @@ impl<'a> Reference<'a> {
         Self { sky_light, ..self }
     }
 
-    /// With a sky that objects which cast shadows hide, or with one of which all arrives everywhere, whose integrals are then exact.
+    /// Sets whether objects that cast shadows hide the sky. Otherwise all of it arrives everywhere, and its integrals are exact.
     pub fn with_occluded_sky(self, occludes_sky: bool) -> Self {
         Self { occludes_sky, ..self }
     }
 
-    /// Through a lens, of which each sample of [`Mode::Converged`] has a point of its own; [`Mode::Point`] looks through the middle.
+    /// Sets the lens. Each sample of [`Mode::Converged`] has its own point of the lens; [`Mode::Point`] looks through the middle.
     pub fn with_lens(self, lens: Option<ThinLens>) -> Self {
         Self { lens, ..self }
     }
 
-    /// With shadows or without any, as `ShadowSettings::enabled` has it.
+    /// Turns shadows on or off, as `ShadowSettings::enabled` does.
     pub fn with_shadows(self, shadows: bool) -> Self {
         Self { shadows, ..self }
     }
 
-    /// With these effects and no others.
+    /// Replaces all effects.
     pub fn with_effects(self, effects: Effects) -> Self {
         Self { effects, lit: OnceLock::new(), ..self }
     }
@@ -159,9 +159,9 @@ impl<'a> Reference<'a> {
         Some((surface, self.geometry.triangles[hit.triangle].id, hit.crossing.distance))
     }
 
-    /// Returns the share of a light that the nearest opaque surface there sees, 0 to 1, by [`sampling::DISC_POINTS`] points of a light that has a
-    /// size; 1 where nothing is seen, and without shadows. For a light behind a surface that lets light through, the rays start at its back. Lights that cast no shadow and surfaces that receive none count as if they did. In a
-    /// tinted shadow it is that of the colour with the largest share.
+    /// Returns the share of a light that the nearest opaque surface there sees, 0 to 1; 1 where nothing is seen, and without shadows. A light with a
+    /// size has [`sampling::DISC_POINTS`] points. For a light behind a surface that lets light through, the rays start at its back. Lights that cast
+    /// no shadow and surfaces that receive none count as if they did. A tinted shadow counts with the colour that has the largest share.
     pub fn visibility(&self, view: &CameraView, pixel: DVec2, light: usize) -> f64 {
         if !self.shadows {
             return 1.0;
@@ -176,7 +176,7 @@ impl<'a> Reference<'a> {
         })
     }
 
-    /// Share of the light from everywhere that the nearest opaque surface there sees, 0 to 1, by [`occlusion::RAYS`] rays of so many metres; 1 where
+    /// Share of the light from everywhere that the nearest opaque surface there sees, 0 to 1, by [`occlusion::RAYS`] rays of `radius` metres; 1 where
     /// nothing is seen. The surface's own [`ShadingPoint::occlusion`] does not count.
     pub fn ambient_visibility(&self, view: &CameraView, pixel: DVec2, radius: f64) -> f64 {
         let lens = CameraRays::of(view);
@@ -200,7 +200,7 @@ impl<'a> Reference<'a> {
         self.look((&overlay, 0), (&ray, along), smith, Points::All, &mut Vec::new()).radiance.to_array()
     }
 
-    /// Renders a picture. The same on any number of threads, to the last bit.
+    /// Renders a picture. The result is the same to the last bit on any number of threads.
     pub fn render(&self, view: &CameraView, options: &TruthOptions, progress: ProgressCallback) -> Truth {
         match options.mode {
             Mode::Point => self.render_points(view, options.smith, progress),
@@ -249,7 +249,7 @@ impl<'a> Reference<'a> {
         accumulation.samples += count;
     }
 
-    /// The same for some of the pixels alone, by their index.
+    /// Adds samples to the pixels whose index `is_wanted` accepts, and leaves `accumulation.samples` to the caller.
     pub(super) fn accumulate_some(
         &self,
         view: &CameraView,
@@ -297,7 +297,7 @@ impl<'a> Reference<'a> {
     ) -> TracedSample {
         let met = |visit: &mut dyn FnMut(Hit)| strokes.met(ray, row, visit);
         let nearest = self.geometry.seen_with(ray, billboards.near(), met, transparent);
-        // All that lies behind glass comes by ways of its own.
+        // Light from behind glass follows refracted rays.
         let glass = transparent.iter().enumerate().rev().find_map(|(at, hit)| Some((at, self.body_of(hit)?)));
         let behind = match (&glass, nearest) {
             (Some((at, body)), _) => self.passed(&transparent[*at], body, ray, (smith, points), 0),
@@ -502,8 +502,8 @@ impl Accumulation {
         Self { samples: 0, mean: vec![[0.0; 3]; pixels], squares: vec![[0.0; 3]; pixels] }
     }
 
-    /// The picture so far. The standard error is that of independent samples; these are spread more evenly, so that it bounds theirs
-    /// from above, and not tightly. A single sample has none.
+    /// The picture so far. The standard error assumes independent samples; these are spread more evenly, so it is an upper bound, and not a tight
+    /// one. A single sample has none.
     pub fn truth(self, size: [u32; 2]) -> Truth {
         let count = f64::from(self.samples);
         let error = |squares: &[f64; 3]| squares.map(|sum| (sum.max(0.0) / (count * (count - 1.0))).sqrt());

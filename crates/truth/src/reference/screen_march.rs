@@ -11,14 +11,14 @@ use super::reflections;
 /// The margin of the picture in which reflections fade out, as a part of its width and height.
 pub const FADE: f64 = 0.03125;
 
-/// A picture that rays are marched through. Its camera has a perspective.
+/// A picture of a perspective camera that rays are marched through.
 #[derive(Debug, Clone, Copy)]
 pub struct ScreenMarch<'a> {
     /// Distances along the view.
     pub depth: DepthBuffer<'a>,
     /// Unit normals of the surface that each pixel shows.
     pub normals: &'a [DVec3],
-    /// Its light, in any unit.
+    /// Light of each pixel, in any unit.
     pub light: &'a [DVec3],
     /// Metres that surfaces extend behind their visible side.
     pub thickness: f64,
@@ -95,7 +95,7 @@ impl ScreenMarch<'_> {
         Some(lens.place(DVec2::new(f64::from(pixel[0]), f64::from(pixel[1])) + 0.5, distance))
     }
 
-    /// The same without a view that is decided.
+    /// Returns the visible point of a pixel, relative to the camera; derives the camera's rays itself.
     pub fn place_of(&self, pixel: [u32; 2]) -> Option<DVec3> {
         self.place(&CameraRays::of(&self.depth.view), pixel)
     }

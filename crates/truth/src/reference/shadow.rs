@@ -1,12 +1,12 @@
 //! The visibility of a light from a surface: rays to the light, in f64.
 //!
-//! A ray begins a little above the triangle that is seen, on the side that is seen, and meets every triangle, that one too. So light that
-//! comes from behind a triangle is stopped by it, also where its interpolated normal is turned to the light: on a coarse sphere shadow
-//! begins at whole faces, as in the renderer's shadow maps, to which those faces are dark, too. Objects that cast no shadow do not stop it. Where the surface lets
-//! light through, rays to lights behind it begin on the side that is not seen.
+//! A ray begins a little above the visible triangle, on its visible side, and meets every triangle, that one too. So a triangle stops light that
+//! comes from behind it, even where its interpolated normal faces the light: on a coarse sphere shadow begins at whole faces, as in the renderer's
+//! shadow maps, which have these faces dark, too. Objects that cast no shadow do not stop light. Where the surface lets light through, rays to lights
+//! behind it begin on its other side.
 //!
-//! A light with a size is a disc that faces the receiver, of its radius around its place; a directional one a disc of its angular diameter. The share
-//! of the disc that is not blocked is the share of light that arrives; shading stays that of a light without a size. (A ball of the radius is
+//! A light with a size is a disc of its radius around its place that faces the receiver; a directional one is a disc of its angular diameter. The
+//! share of the disc that is not blocked is the share of light that arrives; shading treats the light as if it had no size. (A ball of the radius is
 //! wider than the disc by (radius / distance)^2 / 2, which is left out.)
 
 use glam::{DVec2, DVec3};
@@ -24,14 +24,14 @@ const LIFT: f64 = 256.0 * f64::EPSILON;
 /// A place from which rays to lights begin.
 #[derive(Debug, Clone, Copy)]
 pub struct Receiver {
-    /// In the world, on the triangle.
+    /// World position on the triangle.
     place: DVec3,
-    /// Above it, on the side that is seen.
+    /// A point above it, on the visible side.
     pub start: DVec3,
 }
 
 impl Receiver {
-    /// The place where `ray`, from the eye, meets what it sees.
+    /// Returns the receiver where `ray`, from the eye, meets a surface.
     pub fn of(geometry: &Geometry, hit: &Hit, ray: &Ray) -> Self {
         let [a, b, c] = geometry.triangles[hit.triangle].corners;
         let place = ray.at(hit.crossing.distance);
@@ -41,13 +41,13 @@ impl Receiver {
         Self { place, start: place + side * (size * LIFT) }
     }
 
-    /// The same on the other side of the triangle.
+    /// Returns the receiver on the other side of the triangle.
     #[must_use]
     pub fn behind(&self) -> Self {
         Self { start: self.place + (self.place - self.start), ..*self }
     }
 
-    /// On the side of its surface at which a light arrives, where the surface lets light through.
+    /// Returns the receiver on the side at which the light arrives, if the surface lets light through.
     #[must_use]
     pub fn towards(&self, light: &Light, surface: &ShadingPoint) -> Self {
         let is_behind = || surface.normal.dot(to_light(light, self.place).0) < 0.0;

@@ -1,8 +1,8 @@
-//! The truth of what moves while the shutter is open.
+//! The truth of a scene or camera that moves while the shutter is open.
 //!
 //! Sample n of N takes the n-th of N equal parts of the time, in every pixel; each pixel chooses by itself one of [`MOMENTS`] moments in that part.
-//! So the samples of a pixel are spread evenly over the time, and those of neighbours see other moments: a moving edge leaves noise, and no row of
-//! copies. For each moment the scene is posed and its tree of boxes built anew: exact motion, whatever moves, along any curve.
+//! So a pixel's samples are spread evenly over the time, and neighbouring pixels see other moments: a moving edge leaves noise, not a row of copies.
+//! For each moment the scene is posed and its tree of boxes built anew: exact motion, whatever moves, along any curve.
 
 use super::render::{Accumulation, ProgressCallback};
 use super::{CameraView, Reference, Smith, Truth, sampling};
@@ -41,13 +41,14 @@ impl ShutterScene<'_> {
 pub struct ShutterOptions {
     /// Width and height in pixels.
     pub size: [u32; 2],
-    /// Of each pixel.
+    /// Samples of each pixel.
     pub samples: u32,
     /// The masking and shadowing function.
     pub smith: Smith,
 }
 
-/// The mean over the pixel, the lens that the settings ask for, and the time. The same on any number of threads, to the last bit.
+/// Renders the mean over the pixel, the lens that the settings ask for, and the time. The result is the same to the last bit on any number of
+/// threads.
 ///
 /// # Errors
 /// When [`Scene::check`] finds a fault at some moment.

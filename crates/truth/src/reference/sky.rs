@@ -56,13 +56,14 @@ impl SkySampler {
         Self { sky: sky.clone(), texels, sums, width: image.size[0] as usize, shares: shares_table() }
     }
 
-    /// Radiance of what is seen in a direction of length 1, in nits.
+    /// Returns the sky's radiance in a direction of length 1, in nits.
     pub fn seen(&self, direction: DVec3) -> DVec3 {
         self.sky.seen(direction)
     }
 
     /// An estimate by three directions: one where the sky is bright, one by the cosine, one by the lobe, together weighted by the balance heuristic
-    /// (Veach and Guibas 1995); and a fourth by the cosine to the back, where light comes through. `points` are in the unit square; `arrives` gives the share of light from a direction that does.
+    /// (Veach and Guibas 1995); and a fourth by the cosine to the back, where light comes through. `points` are in the unit square; `arrives` gives
+    /// the share of light that arrives from a direction.
     pub fn estimate(
         &self,
         surface: &Collector,
@@ -107,7 +108,7 @@ impl SkySampler {
         [base, lobe]
     }
 
-    /// From the table, bilinear.
+    /// Looks up the table of shares, bilinear.
     fn share(&self, n_dot_v: f64, roughness: f64) -> DVec2 {
         tabulated(&self.shares, n_dot_v, roughness)
     }
@@ -257,7 +258,7 @@ pub(super) fn visible_facet(view: DVec3, point: DVec2, roughness: f64) -> DVec3 
     DVec3::new(alpha * facet.x, alpha * facet.y, facet.z.max(0.0)).normalize()
 }
 
-/// The shares of the reflectances facing the eye and grazing that a lobe has of even light: means over so many visible facets.
+/// Returns the factors of F0 and F90 in a lobe's share of even light: means over `facets` visible facets.
 pub fn share_of(n_dot_v: f64, roughness: f64, facets: u32) -> DVec2 {
     let view = DVec3::new((1.0 - n_dot_v * n_dot_v).max(0.0).sqrt(), 0.0, n_dot_v);
     let alpha2 = roughness.powi(4);
@@ -278,7 +279,7 @@ pub fn share_of(n_dot_v: f64, roughness: f64, facets: u32) -> DVec2 {
     sum / f64::from(facets)
 }
 
-/// From a table of shares, bilinear.
+/// Looks up a table of shares, bilinear.
 pub(super) fn tabulated(shares: &[DVec2], n_dot_v: f64, roughness: f64) -> DVec2 {
     let last = (TABLE - 1) as f64;
     let (x, y) = (n_dot_v.clamp(0.0, 1.0).sqrt() * last, roughness.clamp(0.0, 1.0) * last);

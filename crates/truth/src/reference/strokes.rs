@@ -22,9 +22,9 @@ const HALF: f64 = 0.5;
 /// The strokes of a scene as the rays of a picture see them.
 pub(super) struct Strokes<'a> {
     geometry: &'a Geometry<'a>,
-    /// Their first triangles.
+    /// The first triangle of each stroke.
     all: &'a [usize],
-    /// By row of the picture, which of them may be seen there; none where each may be.
+    /// For each row of the picture, the strokes that may be visible there; `None` if any stroke may be visible in any row.
     rows: Option<Vec<Vec<u32>>>,
     near: f64,
     parallel: bool,
@@ -78,7 +78,7 @@ impl<'a> Strokes<'a> {
         own
     }
 
-    /// For a few rays.
+    /// Returns the strokes for a few rays, not sorted into rows.
     pub fn unsorted(geometry: &'a Geometry<'a>, rays: &CameraRays) -> Self {
         let [right, up, forward, _] = rays.axes();
         let pixels = rays.pixels_a_metre(1.0);
@@ -95,7 +95,7 @@ impl<'a> Strokes<'a> {
         Some([rows[0].min(rows[1]).floor() - 2.0, rows[0].max(rows[1]).ceil() + 2.0])
     }
 
-    /// The shares of a line between which it lies behind the near plane; `None` where none of it does.
+    /// Returns the part of a line beyond the near plane, as shares of its length; `None` if all of the line lies before it.
     fn seen_part(&self, [a, b]: &[End; 2]) -> Option<[f64; 2]> {
         if a.distance.max(b.distance) < self.near {
             return None;
@@ -155,8 +155,8 @@ impl<'a> Strokes<'a> {
     }
 }
 
-/// Returns true if a place is so many pixels within an edge that faces `outward`. One on the edge has it as a rasterizer would ("top-left rule"): else a stroke
-/// of one pixel were two pixels wide where its edges meet two centres. False for a NaN.
+/// Returns true if a place lies inside an edge that faces `outward`, at a distance of `within` pixels. A place on the edge is inside as for a
+/// rasterizer ("top-left rule"): otherwise a stroke of one pixel would be two pixels wide where its edges meet two centres. False for a NaN.
 fn is_within((within, outward): (f64, DVec2)) -> bool {
     // Roundings of two rays must agree about an edge between them.
     const ROUNDING: f64 = 1e-9;
@@ -173,7 +173,7 @@ impl End {
     }
 }
 
-/// The direction on the picture from one end to the other, of length 1: that of the derivative of X / W and Y / W along the line.
+/// Returns the direction on the picture from one end to the other, of length 1: the derivative of X / W and Y / W along the line.
 fn direction(a: &End, b: &End) -> DVec2 {
     let size = |v: DVec3| v / v.abs().max_element().max(f64::MIN_POSITIVE);
     let here = size(a.across.extend(a.w));
@@ -224,7 +224,7 @@ mod tests {
             let geometry = Geometry::of(&scene);
             let rays = CameraRays::of(&CameraView { camera: camera(turn % 2 == 0), size: SIZE });
             let strokes = Strokes::of(&geometry, &rays);
-            // All of it lies before the camera: its ends on the picture say where it is.
+            // The whole line lies before the camera, so its ends can be projected.
             let [a, b] = ends.map(|end| rays.seen_at(end - rays.eye));
             let along = (b - a).normalize();
             for y in 0..SIZE[1] {

@@ -13,9 +13,9 @@ pub struct SurfaceLobes {
     pub sheen_roughness: f64,
     /// Share of a thin film's reflectance in the surface's, 0 to 1.
     pub film: f64,
-    /// Its index of refraction, 1 and up.
+    /// The film's index of refraction, 1 and up.
     pub film_ior: f64,
-    /// Its thickness.
+    /// The film's thickness.
     pub film_nanometres: f64,
     /// How much rougher an anisotropic highlight is across its grooves: 0 to 1.
     pub anisotropy: f64,
@@ -71,11 +71,11 @@ pub struct ShadingPoint {
     pub specular: DVec3,
     /// Reflectance of the dielectric share of Cook-Torrance facing the eye, 0 to 1.
     pub reflectance: DVec3,
-    /// The same at grazing angles, 0 to 1.
+    /// Reflectance at grazing angles, 0 to 1.
     pub grazing: f64,
     /// Ns of the Phong models.
     pub shininess: f64,
-    /// Its other lobes.
+    /// The surface's other lobes.
     pub lobes: SurfaceLobes,
     /// Share of the ambient light that arrives, 0 to 1.
     pub occlusion: f64,

@@ -1,6 +1,6 @@
-//! Texels between texels: those of level 0, magnified and wrapped as their sampler says, sRGB decoded before it is filtered, as samplers do.
+//! Filtered texels of level 0, magnified and wrapped as their sampler says. sRGB is decoded before it is filtered, as samplers do.
 //!
-//! A texture that is an atlas is as many images as it has cells: each is sampled, and wraps, as if the others were not there.
+//! Each cell of an atlas is sampled, and wraps, as an image by itself.
 //!
 //! There are no levels: [`super::Mode::Converged`] converges to the mean of level 0 over a pixel by looking at more places.
 
@@ -24,14 +24,14 @@ fn srgb() -> &'static [f64; 256] {
 /// The part of a texture that is sampled.
 #[derive(Debug, Clone, Copy)]
 pub struct TextureRegion {
-    /// Of its upper left corner, in texels.
+    /// Upper left corner, in texels.
     first: [usize; 2],
     /// Width and height in texels.
     size: [u32; 2],
 }
 
 impl TextureRegion {
-    /// A cell of an atlas of so many rows and columns. Of one cell it is the whole texture.
+    /// Returns a cell of an atlas of `rows` and `columns`. The only cell of a 1 x 1 atlas is the whole texture.
     pub fn cell(texture: &Texture, [rows, columns]: [u32; 2], cell: u32) -> Self {
         let size = [texture.size[0] / columns, texture.size[1] / rows];
         let first = [(cell % columns) as usize * size[0] as usize, (cell / columns) as usize * size[1] as usize];
@@ -64,7 +64,7 @@ fn between(coordinate: f64, edge: u32, wrap: Wrap, filter: Filter) -> (usize, us
     let first = place.floor();
     let wrapped = |texel: f64| match wrap {
         Wrap::Repeat => texel.rem_euclid(edge),
-        // From 0 on to the last one, which is there twice, and back.
+        // Counts up to the last texel, repeats it, and counts back.
         Wrap::Mirror => {
             let texel = texel.rem_euclid(2.0 * edge);
             texel.min(2.0 * edge - 1.0 - texel)

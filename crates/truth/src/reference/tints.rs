@@ -17,16 +17,17 @@ impl Reference<'_> {
         }
     }
 
-    /// The share of light that transparent surfaces before `limit` let through, on a straight ray from a receiver to a light. Sides count as an eye at the light would see them. A blended surface
-    /// lets 1 - alpha through; glass reflects a part at each surface, and a body of glass absorbs light along the way in it.
+    /// The share of light that transparent surfaces before `limit` let through, on a straight ray from a receiver to a light. Sides count as an eye
+    /// at the light would see them. A blended surface lets 1 - alpha through; glass reflects a part at each surface, and a body of glass absorbs
+    /// light along the way in it.
     pub(super) fn left_by_veils(&self, ray: &Ray, limit: f64) -> DVec3 {
         let stretch = ray.direction.length();
         let mut left = DVec3::ONE;
-        // For each body, the metres of the ray within it.
+        // Metres of the ray within each body.
         let mut ways: Vec<(u32, Body, f64)> = Vec::new();
         for hit in self.geometry().veils(ray, limit) {
             let material = self.geometry().object(&hit).material;
-            // The front of what shows its back to the receiver is turned to the light.
+            // A surface that shows its back to the receiver turns its front to the light.
             let enters = !hit.front;
             let body = self.body_of(&hit);
             let is_solid = body.is_some_and(|own| !own.is_thin);
@@ -103,7 +104,7 @@ mod tests {
         let scene = alone(block(), Material::clear_glass(solid));
         let reference = Reference::new(&scene).expect("a scene");
         let ray = |limit| reference.left_by_veils(&Ray::new(DVec3::Z * -2.0, DVec3::Z * 2.0), limit);
-        // From within: what is left of the way, and one surface.
+        // A ray from within has the rest of the way through the glass before it, and one surface.
         let within = reference.left_by_veils(&Ray::new(DVec3::ZERO, DVec3::Z), f64::INFINITY);
         assert!((within - 0.96 * blue.as_dvec3().powf(0.5)).abs().max_element() < 1e-7, "{within}");
         assert_eq!(ray(0.5), DVec3::ONE, "nothing that near");

@@ -1,4 +1,4 @@
-//! From exposed linear light to what a display shows, both linear Rec. 709, and the display's encoding; and back.
+//! Tone mapping from exposed linear light to a display's light, both linear Rec. 709; the display's encoding; and the inverses of both.
 
 mod inverse;
 
@@ -27,7 +27,7 @@ pub fn encode_srgb(linear: f64) -> f64 {
     if linear <= 0.003_130_8 { linear * 12.92 } else { 1.055 * linear.powf(2.4f64.recip()) - 0.055 }
 }
 
-/// Its inverse.
+/// Inverse of [`encode_srgb`].
 pub fn decode_srgb(encoded: f64) -> f64 {
     if encoded <= 0.040_45 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
 }
@@ -66,9 +66,9 @@ const AGX_OUTSET: [[f64; 3]; 3] = [
     [-0.0528968517574562, 1.15190312990417, -0.0989611768448433],
     [-0.0529716355144438, -0.0980434501171241, 1.15107367264116],
 ];
-/// Around middle grey, that its curve spans.
+/// Stops around middle grey that AgX's curve spans.
 const AGX_STOPS: [f64; 2] = [-12.47393, 4.026069];
-/// From the sixth power down.
+/// Coefficients from the sixth power down.
 const AGX_CONTRAST: [f64; 7] = [15.5, -40.14, 31.96, -6.868, 0.4298, 0.1191, -0.00232];
 
 /// AgX (Troy Sobotka 2022) with Benjamin Wrensch's polynomial for its contrast curve ("Minimal AgX Implementation", 2023).

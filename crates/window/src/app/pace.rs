@@ -9,7 +9,7 @@ use crate::Error;
 use afterlight::scene::Scene;
 
 impl Opened {
-    /// The size of the picture, where it is smaller than the window.
+    /// Size of the picture, if it is smaller than the window.
     fn coarse_size(&self) -> Option<[u32; 2]> {
         let PhysicalSize { width, height } = self.window.inner_size();
         self.presenter.plan().map(|plan| plan.size).filter(|size| size[0] < width || size[1] < height)
@@ -17,7 +17,7 @@ impl Opened {
 }
 
 impl App<'_> {
-    /// Pictures that are kept or compared are whole, and so are those of a frame in steps.
+    /// Chooses the resolution of the next picture. Pictures that are kept or compared are not reduced, nor are the pictures of a frame in steps.
     pub(super) fn choose_resolution(&mut self, now: Instant, copies: CopyPurposes) -> Result<(), Error> {
         let motion = self.motion(copies);
         let Some(Opened { presenter, .. }) = &mut self.opened else { return Ok(()) };

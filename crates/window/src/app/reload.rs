@@ -22,7 +22,7 @@ impl App<'_> {
         }
     }
 
-    /// Adopts scenes and shaders that were read and compiled anew. Those with faults are reported, and the old ones stay.
+    /// Adopts scenes and shaders that were read and compiled anew. Faulty ones are reported, and the old ones stay.
     pub(super) fn apply_reloads(&mut self) {
         while let Some(reload) = self.watch.as_ref().and_then(|watch| watch.next_reload()) {
             let Some(Opened { interface, presenter, .. }) = &mut self.opened else { return };

@@ -64,7 +64,7 @@ impl App<'_> {
         }
     }
 
-    /// Of the window, in pixels.
+    /// Width of the window in pixels.
     fn width(&self) -> u32 {
         self.opened.as_ref().map_or(1, |opened| opened.window.inner_size().width)
     }

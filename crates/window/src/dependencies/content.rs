@@ -23,7 +23,7 @@ const HINT: &str = "Switch a row off to see what may go wrong without it.";
 const UNWATCHED: &str = "No validation layer watches: view --validate switches it on.";
 
 impl Dependencies {
-    /// Builds the contents. Returns what the user has asked for.
+    /// Builds the contents. Returns the user's request.
     pub(super) fn content(&self, ui: &mut Ui, validation: Validation, chapter: Option<&Path>) -> Option<Request> {
         let mut request = None;
         ui.horizontal_wrapped(|ui| {
@@ -47,7 +47,7 @@ impl Dependencies {
         request
     }
 
-    /// Shows what the rows that are off may lead to: by the proof, by the layer, and as a picture.
+    /// Shows the possible consequences of the rows that are off: hazards by the proof, messages of the layer, and pictures.
     fn consequences(&self, ui: &mut Ui, validation: Validation) -> Option<Request> {
         if self.off.is_empty() {
             ui.weak(HINT);

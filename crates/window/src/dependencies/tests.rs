@@ -118,7 +118,7 @@ fn the_panel_stays_in_a_small_window_below_the_label() {
     own.follow(&plan);
     for size in [[400.0, 260.0], [640.0, 400.0], [1280.0, 800.0]].map(egui::Vec2::from) {
         let (context, screen) = (context(), egui::Rect::from_min_size(egui::Pos2::ZERO, size));
-        // Its size is known when it has been shown once.
+        // The panel's size is known after the first frame that shows it.
         for _ in 0..3 {
             let input = egui::RawInput { screen_rect: Some(screen), ..Default::default() };
             let _ = context.run(input, |context| {

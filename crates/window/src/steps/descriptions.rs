@@ -6,15 +6,15 @@ use super::FrameStep;
 use afterlight::frame::DrawCounts;
 use afterlight::frame::list::StepList;
 use afterlight::gpu::vk;
-use afterlight::passes::PassName;
+use afterlight::passes::Endpoint;
 use afterlight::plan::{DEPTH, FramePlan, Gbuffer, ToneMapping, effects};
 use afterlight::scene::{Light, LightForm, LightPath, Resolve, Scene, View, counted};
 
-/// So many lights of a group are named.
+/// The most lights of a group that are named.
 const MOST_NAMES: usize = 6;
 
 impl FrameStep {
-    /// Its name beside that of its pass.
+    /// Returns the step's name, to be shown beside its pass's name.
     pub fn name(self, plan: &FramePlan, scene: &Scene) -> String {
         match self {
             Self::ShadowMaps => "shadow maps".into(),
@@ -75,7 +75,7 @@ impl FrameStep {
 }
 
 /// Describes a pass over the picture.
-fn effect(plan: &FramePlan, place: PassName) -> String {
+fn effect(plan: &FramePlan, place: Endpoint) -> String {
     let what = StepList::of(plan).passes_at(place).first().map_or("", |pass| pass.what);
     let mut letters = what.chars();
     letters.next().map_or_else(String::new, |first| format!("{}{}.", first.to_uppercase(), letters.as_str()))

@@ -19,7 +19,7 @@ enum StepRequest {
 
 /// The frame whose steps are shown.
 struct Stepped {
-    /// Of the whole frame.
+    /// Plan of the whole frame.
     plan: FramePlan,
     settings: Settings,
     steps: Vec<FrameStep>,
@@ -40,10 +40,10 @@ impl Stepped {
 /// The window's place among the steps of a frame.
 #[derive(Default)]
 pub struct Stepper {
-    /// None while it shows whole frames.
+    /// `None` while the window shows whole frames.
     shown: Option<Stepped>,
     wish: Option<StepRequest>,
-    /// The next frame's panel tells this one's draws, and brings its line into view.
+    /// The frame is new to the panel, which then lists its draws and scrolls to its line.
     is_new: bool,
 }
 
@@ -60,8 +60,8 @@ impl Stepper {
         Settings { exposure: whole.exposure, ..drawn }
     }
 
-    /// Goes one step further, or back; from the whole frame to its first or last, and from those to it. `planned` plans frames of these settings.
-    /// True if the presenter must be fitted again.
+    /// Goes one step forward or back; from the whole frame to its first or last step, and from there back to the whole frame. `planned` plans frames
+    /// of these settings. Returns true if the presenter must be fitted again.
     ///
     /// # Errors
     /// When the whole frame cannot be planned.
@@ -156,7 +156,7 @@ impl Stepper {
     pub fn panel(&mut self, context: &Context, scene: &Scene, drawn: &DrawCounts) {
         let Some(shown) = &self.shown else { return };
         let screen = context.content_rect();
-        // Below the panel of the selection, where there is room for both, and beside the main panel.
+        // The panel opens below the panel of the selection, if there is room for both, and beside the main panel.
         let right_top = pos2(screen.right() - 12.0, if is_small(context) { 12.0 } else { 190.0 });
         let width = (screen.width() - 400.0).clamp(120.0, 300.0);
         let window = egui::Window::new("Frame steps").pivot(Align2::RIGHT_TOP).default_pos(right_top);
@@ -195,7 +195,7 @@ impl Stepper {
     }
 }
 
-/// The steps of the whole frame of these settings, at the first. Of a view, those of the picture.
+/// Returns the steps of the whole frame of these settings, at the first step. Settings that show a view have the steps of the picture.
 fn stepped(
     whole: &Settings,
     planned: impl Fn(&Settings) -> Result<FramePlan, plan::PlanError>,

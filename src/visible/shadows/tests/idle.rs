@@ -1,8 +1,8 @@
-//! Casters that shadow nothing that is seen, and how long maps without them last.
+//! Casters that shadow nothing visible, and the lifetime of maps without them.
 
 use super::*;
 
-/// The same plan and world with and without idle casters: lean first.
+/// The world and the plan of a scene, first without idle casters, then with them.
 fn both(scene: &Scene, shadows: ShadowSettings) -> [(World, FramePlan); 2] {
     [Keep::NONE, Keep::NONE.with(OptionalPart::IdleCasters)].map(|keep| {
         let settings = Settings { keep, ..settings(shadows) };
@@ -121,7 +121,7 @@ fn casters_behind_the_camera_and_beside_what_it_sees_are_left_out() {
     assert!(lean.3 < kept.3, "faces in which nothing is seen are not drawn: {lean:?} {kept:?}");
 }
 
-/// Counts the maps, and the casters in them, that are drawn while a camera turns by so many degrees a frame.
+/// Counts the maps, and the casters in them, that are drawn while a camera turns by `degrees` a frame.
 fn turning(world: &World, plan: &FramePlan, degrees: f64, frames: u32) -> (usize, usize) {
     let shadow = plan.shadow.as_ref().expect("maps");
     let mut cache = ShadowCache::default();
@@ -187,7 +187,7 @@ fn a_map_stays_while_what_moves_is_not_in_it_and_not_needed() {
     assert!(!first.is_empty() && first.iter().any(|&(_, idle)| idle > 0), "{first:?}");
     world.move_object(2, &at(2, DVec3::X * 0.5)).expect("an object");
     assert_eq!(frame(&mut world, &camera), [], "it shadows nothing that is seen");
-    // A caster in the map moves, then moves in each frame: a map that lasted gets all casters, one that did not only those that are needed.
+    // A caster in the map moves, then moves in each frame. A map that lasted gets all casters, a map that did not only the needed ones.
     world.move_object(1, &at(1, DVec3::X * 0.1)).expect("an object");
     let lasted = frame(&mut world, &camera);
     assert!(

@@ -1,13 +1,13 @@
 //! A strip for each row of the table: on the left the use that must be over, on the right the one that waits, and between them the hazard that the
 //! row prevents.
 //!
-//! [`proof`](afterlight::frame::proof) finds the hazards of frames from which the row is left out.
+//! [`proof`](afterlight_proof) finds the hazards of frames from which the row is left out.
 
 use super::svg::{Font, Rect, Svg, TextAnchor, wrap};
-use afterlight::frame::proof::{Clash, End, FrameModel, HazardKind, clashes};
 use afterlight::frame::rows::{Row, Rows};
 use afterlight::gpu::sync::Use;
 use afterlight::plan::FramePlan;
+use afterlight_proof::{Clash, End, FrameModel, HazardKind, clashes};
 
 /// Width of the page in pixels: about as much as books and README files show.
 const WIDTH: f64 = 900.0;
@@ -26,7 +26,7 @@ pub struct Strip {
     /// The row's places and its carrier.
     heading: String,
     pub pairs: Vec<HazardPair>,
-    /// The row's reason, and why it cannot be dropped where that is so.
+    /// The row's reason and, for a row that cannot be dropped, why not.
     below: Vec<String>,
 }
 
@@ -41,7 +41,7 @@ pub struct HazardPair {
 /// A hazard between the two uses, in one memory or several.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Arrow {
-    /// None for rows that cannot be dropped: the arrow then names their carrier.
+    /// `None` for rows that cannot be dropped: the arrow then names their carrier.
     pub kind: Option<HazardKind>,
     label: String,
     memories: String,
@@ -146,7 +146,7 @@ fn end(end: &End) -> StyledLines {
     masks.into_iter().chain(changes.chain(operation).map(|line| ("", line))).collect()
 }
 
-/// Stages, and on lines of their own accesses.
+/// The stages and, on separate lines, the accesses.
 fn masks(uses: Use) -> StyledLines {
     let lines = |class: &'static str, text: String| -> StyledLines {
         let lines = wrap(Font::Code, &text, BOX - 2.0 * PADDING).into_iter().filter(|line| !line.is_empty());

@@ -12,16 +12,16 @@ use afterlight::frame::rows::Row;
 use afterlight::plan::FramePlan;
 
 const MARGIN: f64 = 24.0;
-/// Between the lines of dependencies.
+/// The distance between the lines of dependencies.
 const TRACK: f64 = 13.0;
-/// Of boxes.
+/// The width of boxes.
 const WIDTH: f64 = 620.0;
-/// Between lanes; the longest word under a mark is `test, write`.
+/// The distance between lanes; the longest word under a mark is `test, write`.
 const LANE: f64 = 92.0;
 const GAP: f64 = 14.0;
 /// A box's own two lines.
 const BOX: f64 = 44.0;
-/// Between ends of arrows on the edge of a box.
+/// The distance between ends of arrows on the edge of a box.
 const PORT: f64 = 12.0;
 
 /// A box and the notes above it.
@@ -40,14 +40,14 @@ struct Note {
 struct TextLine {
     font: Font,
     class: &'static str,
-    /// From the left edge of boxes.
+    /// The distance from the left edge of boxes.
     indent: f64,
     /// Stands before the line, at the notes' own indent.
     word: &'static str,
     text: String,
 }
 
-/// Of notes, from the left edge of boxes.
+/// The distance of notes from the left edge of boxes.
 const INDENT: f64 = 14.0;
 
 /// Draws it.
@@ -110,7 +110,7 @@ const COLUMNS: [(&str, f64); 8] = [
     ("layout: at first -> after the pass", 480.0),
 ];
 
-/// Of the table of images, and of the sentences above it.
+/// The width of the table of images, and of the sentences above it.
 const TABLE: f64 = 1270.0;
 
 fn images(svg: &mut Svg, graph: &Graph, plan: &FramePlan, mut y: f64) -> f64 {
@@ -223,7 +223,7 @@ fn note_lines(row: &Row) -> Vec<TextLine> {
     lines
 }
 
-/// The accesses of a side; `no access` where it has none.
+/// The accesses of a side, or `no access`.
 fn or_none(text: String) -> String {
     if text.is_empty() { "no access".into() } else { text }
 }

@@ -5,7 +5,7 @@ use ash::vk;
 
 use afterlight::frame::list::{RenderPassName, Step, StepList};
 use afterlight::frame::render_pass::{LayoutChange, PassDescription, SubpassAttachments, layout_changes};
-use afterlight::frame::rows::{PassName, Row, Rows};
+use afterlight::frame::rows::{Endpoint, Row, Rows};
 use afterlight::passes::{ONCE, Resource, UseKind, copy};
 use afterlight::plan::{FramePlan, format_bytes};
 
@@ -13,10 +13,10 @@ use afterlight::plan::{FramePlan, format_bytes};
 #[derive(Debug, Clone, PartialEq)]
 pub struct GraphStop {
     /// The pass.
-    pub place: PassName,
+    pub place: Endpoint,
     /// The part of the frame's time in which the dependency meets it.
     pub when: When,
-    /// Its name in the drawing.
+    /// The name in the drawing.
     pub name: String,
     pub what: &'static str,
     /// The render pass that it is a subpass of.
@@ -46,11 +46,11 @@ pub struct PassUse {
 #[derive(Debug, Clone)]
 pub struct FrameImage {
     pub resource: Resource,
-    /// Its name in the drawing.
+    /// The name in the drawing.
     pub name: String,
     pub format: vk::Format,
     pub samples: u32,
-    /// Of a pixel of the picture; none for images of another size.
+    /// Bytes of the image for a pixel of the picture; `None` for images of another size.
     pub bytes_per_pixel: Option<u32>,
     pub bytes: u64,
     /// As the render pass has it; none for an image that no render pass writes.
@@ -69,11 +69,11 @@ pub struct Graph {
 }
 
 /// The order of places before a frame, on both sides of [`ONCE`].
-const BEFORE: [&[PassName]; 2] =
-    [&[PassName::PRESENTATION, PassName::HOST, PassName::DEVICE, PassName::OUTSIDE], &[PassName::DRAWS]];
+const BEFORE: [&[Endpoint]; 2] =
+    [&[Endpoint::PRESENTATION, Endpoint::HOST, Endpoint::DEVICE, Endpoint::OUTSIDE], &[Endpoint::DRAWS]];
 /// The order of places after a frame.
-const AFTER: [PassName; 5] =
-    [PassName::OUTSIDE, copy::PASS.place, PassName::DEVICE, PassName::PRESENTATION, PassName::HOST];
+const AFTER: [Endpoint; 5] =
+    [Endpoint::OUTSIDE, copy::PASS.name, Endpoint::DEVICE, Endpoint::PRESENTATION, Endpoint::HOST];
 
 impl Graph {
     pub fn of(plan: &FramePlan, rows: &Rows) -> Self {
@@ -130,7 +130,7 @@ impl Graph {
         graph
     }
 
-    fn find(&self, place: PassName, when: When) -> Option<usize> {
+    fn find(&self, place: Endpoint, when: When) -> Option<usize> {
         self.stops.iter().position(|stop| (stop.place, stop.when) == (place, when))
     }
 
@@ -175,7 +175,7 @@ impl Graph {
                 Step::RenderPass(_, subpasses) => {
                     all.extend(subpasses.iter().map(|own| (own.place, own.touches.clone())));
                 }
-                Step::Commands(own) => all.push((own.pass.place, own.pass.uses(plan))),
+                Step::Commands(own) => all.push((own.pass.name, own.pass.uses(plan))),
                 Step::Presentation | Step::HandOver(_) => {}
             }
         }
@@ -187,7 +187,7 @@ impl Graph {
                     UseKind::Storage { .. } => "stored to",
                     UseKind::CopiedFrom => "copied",
                     UseKind::CopiedTo => "copied to",
-                    // Of OVERLAY and ENCODE, which begin render passes of their own.
+                    // OVERLAY and ENCODE, which begin separate render passes.
                     UseKind::Color { .. } if self.stops[stop].pass.is_none() => "drawn over",
                     _ => continue,
                 };
@@ -226,56 +226,57 @@ fn image(
     FrameImage { resource, name, format, samples, bytes_per_pixel, bytes, attachment }
 }
 
-/// Returns the begin and the end of a row. Places outside of the frame lie before those that wait for them, and after those that they wait for.
-fn ends(row: &Row) -> [(PassName, When); 2] {
+/// Returns the begin and the end of a row. Places outside the frame come before the places that wait for them, and after the places that they wait
+/// for.
+fn ends(row: &Row) -> [(Endpoint, When); 2] {
     // Data that the CPU hands over come before everything that a submission does, and data that it waits for after all of that.
     let (from, to) = match (row.from, row.to) {
-        (PassName::DEVICE, _) => (When::After, When::After),
-        (_, PassName::DEVICE) => (When::Before, When::Before),
+        (Endpoint::DEVICE, _) => (When::After, When::After),
+        (_, Endpoint::DEVICE) => (When::Before, When::Before),
         _ => (When::Before, When::After),
     };
     [(row.from, when(row.from, from)), (row.to, when(row.to, to))]
 }
 
 /// Returns the work of a place that works once.
-fn once_at(place: PassName) -> Option<&'static str> {
+fn once_at(place: Endpoint) -> Option<&'static str> {
     ONCE.iter().find(|(own, _)| *own == place).map(|&(_, what)| what)
 }
 
-/// `outside` is that of places on either side of a frame.
-fn when(place: PassName, outside: When) -> When {
+/// Returns the part of the frame's time that a place is in: `outside` for a place on either side of a frame.
+fn when(place: Endpoint, outside: When) -> When {
     match place {
-        PassName::OUTSIDE | PassName::HOST | PassName::DEVICE | PassName::PRESENTATION => outside,
-        PassName::DRAWS => When::Before,
+        Endpoint::OUTSIDE | Endpoint::HOST | Endpoint::DEVICE | Endpoint::PRESENTATION => outside,
+        Endpoint::DRAWS => When::Before,
         place if once_at(place).is_some() => When::Before,
-        // A submission of its own.
-        place if place == copy::PASS.place => When::After,
+        // The copy is a separate submission.
+        place if place == copy::PASS.name => When::After,
         _ => When::During,
     }
 }
 
 /// The places of the frame in their order.
-fn places(list: &StepList) -> impl Iterator<Item = PassName> {
+fn places(list: &StepList) -> impl Iterator<Item = Endpoint> {
     list.0.iter().flat_map(|step| match step {
         Step::RenderPass(_, subpasses) => subpasses.iter().map(|own| own.place).collect(),
-        Step::Commands(own) => vec![own.pass.place],
+        Step::Commands(own) => vec![own.pass.name],
         Step::Presentation | Step::HandOver(_) => Vec::new(),
     })
 }
 
-fn stop(list: &StepList, place: PassName, when: When) -> GraphStop {
+fn stop(list: &StepList, place: Endpoint, when: When) -> GraphStop {
     let passes = list.passes_at(place);
     // DEPTH and PER_LIGHT draw beside another pass, which gives the stop its name.
-    let named = passes.iter().find(|pass| pass.place == place).or(passes.first());
+    let named = passes.iter().find(|pass| pass.name == place).or(passes.first());
     let what = match (place, when) {
-        (PassName::OUTSIDE, When::After) => "later commands of this frame or another, as COPY",
-        (PassName::OUTSIDE, _) => "earlier commands, of the frames before",
-        (PassName::DRAWS, _) => "every pass below that draws the scene's meshes with its textures",
-        (PassName::DEVICE, _) => "everything that one submission does",
-        (PassName::HOST, _) => "the CPU",
-        (PassName::PRESENTATION, _) => "shows the swapchain's images",
+        (Endpoint::OUTSIDE, When::After) => "later commands of this frame or another, as COPY",
+        (Endpoint::OUTSIDE, _) => "earlier commands, of the frames before",
+        (Endpoint::DRAWS, _) => "every pass below that draws the scene's meshes with its textures",
+        (Endpoint::DEVICE, _) => "everything that one submission does",
+        (Endpoint::HOST, _) => "the CPU",
+        (Endpoint::PRESENTATION, _) => "shows the swapchain's images",
         _ => named.map(|pass| pass.what).or_else(|| once_at(place)).unwrap_or_default(),
     };
-    let name = named.map_or(place, |pass| pass.place).to_string();
+    let name = named.map_or(place, |pass| pass.name).to_string();
     GraphStop { place, when, name, what, pass: None, touches: Vec::new() }
 }

@@ -208,7 +208,7 @@ pub fn escape(text: &str) -> String {
     escaped
 }
 
-/// Words of `text` in lines of at most `width` pixels; a longer word has a line of its own.
+/// Wraps `text` into lines of at most `width` pixels; a longer word gets a line to itself.
 pub fn wrap(font: Font, text: &str, width: f64) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split(' ') {

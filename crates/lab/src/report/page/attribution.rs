@@ -7,7 +7,7 @@ use crate::report::sweep::model::{AttributedPart, Attribution, SceneReport};
 
 /// The row that the others add up to.
 const WHOLE: &str = "whole";
-/// Of a bar's drawing, from end to end.
+/// The width of a bar's drawing, from end to end.
 const WIDTH: f64 = 100.0;
 
 pub fn tables(scene: &SceneReport) -> Markup {
@@ -33,7 +33,7 @@ struct Bar {
     to: f64,
 }
 
-/// The parts, the largest first, each with its bar; those without a share have none.
+/// The parts, the largest first, each with its bar; parts without a share have no bar.
 fn bars(parts: &[AttributedPart]) -> Vec<(&AttributedPart, Option<Bar>)> {
     let mut parts: Vec<&AttributedPart> = parts.iter().filter(|part| part.name != WHOLE).collect();
     parts.sort_by(|a, b| b.share.total_cmp(&a.share));

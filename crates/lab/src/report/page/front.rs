@@ -8,10 +8,10 @@ use crate::page::marks::{Glyph, Shape, sample};
 use crate::page::plot::{Axis, Line, Mark, Plot, Stroke};
 use crate::report::sweep::model::{Against, Front, Point, SceneReport};
 
-/// The family that is all settings together: it has no curve of its own.
+/// The family that combines all settings. It has no curve.
 pub const JOINT: &str = "joint";
 
-/// The fronts of all of the error, before those against the point truth.
+/// The fronts against the converged truth (all of the error), then the fronts against the point truth.
 pub fn in_order(scene: &SceneReport) -> impl Iterator<Item = &Front> {
     let of = |truth| scene.fronts.iter().filter(move |front| front.truth == truth);
     of(Against::Converged).chain(of(Against::Point))
@@ -35,7 +35,7 @@ pub fn tabs(scene: &SceneReport, uid: usize) -> Markup {
     }
 }
 
-/// Returns the look of a point: that of the first family that it belongs to, and grey if that is the joint sweep only.
+/// Returns the look of a point: the look of the first family that it belongs to, or grey if it is in the joint sweep only.
 pub fn glyph(scene: &SceneReport, point: usize) -> Glyph {
     if point == scene.default {
         return Glyph::DEFAULT;
@@ -68,7 +68,7 @@ fn joint_plot(scene: &SceneReport, front: &Front) -> Markup {
         }
     };
     let mut marks: Vec<Mark> = scene.points.iter().enumerate().map(mark).collect();
-    // Marks with names lie over those without.
+    // Marks with names lie over marks without.
     marks.sort_by_key(|mark| (mark.label.is_some(), mark.ringed));
     let on_front = front.points.iter().filter_map(|index| scene.points.get(*index));
     let steps = on_front.map(|point| (point.time.decisive().median, error(point))).collect();

@@ -170,7 +170,7 @@ fn family(setting: &SampleFamily, members: Vec<Member>) -> Family {
     }
 }
 
-/// Time and error are those of the defaults times these factors, with a little chance.
+/// A point whose time and error are the defaults' times these factors, with a little chance.
 pub fn point(name: &str, (time, error): (f64, f64), random: &mut fastrand::Rng) -> Point {
     let median = 14.2 * time * (0.99 + 0.02 * random.f64());
     let spread = if random.f64() < 0.1 { 0.09 } else { 0.012 };

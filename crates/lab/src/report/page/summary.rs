@@ -110,7 +110,7 @@ fn noise_remark(noise: Option<f64>) -> Markup {
     html! { @if let Some(noise) = noise { " This error is near the noise of the truth (" (number(noise)) "): more samples would tell it better." } }
 }
 
-/// Of the points of a front that beat the default settings in both error and time, the one that does so most.
+/// Returns the point of a front that beats the default settings in both error and time by the largest factor.
 fn best_dominator<'a>(scene: &'a SceneReport, front: &Front) -> Option<&'a Point> {
     let figures = |point: &Point| (point.time.decisive().median, point.errors.against(front.truth).by(front.metric));
     let (time, error) = figures(scene.points.get(scene.default)?);

@@ -61,7 +61,7 @@ pub fn mebibytes(bytes: u64) -> String {
     format!("{} MiB", number(bytes as f64 / f64::from(1 << 20)))
 }
 
-/// A figure relative to that of the default settings, as "0.82×".
+/// A figure relative to the default settings' figure, as "0.82×".
 pub fn times(value: f64, of: f64) -> String {
     match value / of {
         ratio if ratio.is_finite() => format!("{}×", number(ratio)),

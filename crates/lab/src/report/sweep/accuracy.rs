@@ -1,8 +1,8 @@
 //! The difference of a point's pictures from the truth.
 //!
-//! Light is compared as it is before it is tone-mapped, exposed and read as 32-bit floats, and the picture as it is shown, in codes of 8 bits, against the
-//! truth that is tone-mapped by the reference's own curves. Of a picture of several samples the light is their mean, and the shown picture follows
-//! `resolve`. FXAA smooths the shown picture: the light of such a point is that before it.
+//! Light is compared before it is tone-mapped: exposed, and read as 32-bit floats. The shown picture is compared in codes of 8 bits, against the
+//! truth as tone-mapped by the reference's own curves. The light of a picture of several samples is their mean, and its shown picture follows
+//! `resolve`. FXAA smooths only the shown picture: the light is the light before FXAA.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -29,9 +29,9 @@ pub struct Truths {
     pub point: TruthPictures,
     pub converged: TruthPictures,
     pub info: TruthInfo,
-    /// Of all that they depend on.
+    /// A hash of all that the truths depend on.
     pub hash: String,
-    /// As they came, in nits, without bloom.
+    /// The pictures as they were rendered, in nits, without bloom.
     pub raw: Raw,
     /// Faults of the cache, a line each. The truths are right all the same.
     pub warnings: Vec<String>,
@@ -68,7 +68,7 @@ impl TruthPictures {
 }
 
 impl Raw {
-    /// The same by a reference without fog and reflections.
+    /// Renders both truths by a reference without fog and reflections.
     pub(super) fn plain(reference: &Reference, view: &CameraView, samples: u32) -> Self {
         let render = |mode| reference.render(view, &TruthOptions::of(mode), &|_, _| {});
         Self { point: render(Mode::Point), converged: render(Mode::Converged { samples }) }

@@ -29,7 +29,8 @@ pub fn fronts_of(quick: bool, metric: Metric) -> Vec<(Metric, Against)> {
 /// A point that is measured.
 struct MeasuredPoint {
     point: Point,
-    /// Times over those of the settings as given in the same rounds: the noise that they have in common tells no point from another.
+    /// The times over the times of the settings as given in the same rounds. The ratio cancels the noise that both have in common, which tells no
+    /// point from another.
     ratios: Vec<f64>,
 }
 
@@ -165,7 +166,7 @@ pub fn default_on_front(scene: &SceneReport, metric: Metric, truth: Against) -> 
         return "The settings as given have pixels that are not finite: they are on no front.".into();
     }
     let beats = |&&index: &&usize| coordinates[index].0 <= time && coordinates[index].1 <= error;
-    // Of those that beat the settings as given, the one with the least error, which takes no more time.
+    // The best is the point with the least error among the points that beat the settings as given in both, so it takes no more time.
     let best = front.points.iter().filter(beats).min_by(|&&a, &&b| coordinates[a].1.total_cmp(&coordinates[b].1));
     let Some(&best) = best else { return "Nothing on the front beats the settings as given in both.".into() };
     let (best_time, best_error) = coordinates[best];

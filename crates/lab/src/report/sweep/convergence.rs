@@ -34,7 +34,7 @@ fn expected(family: &str) -> Option<ExpectedConvergence> {
     }
 }
 
-/// The fit of a family, and its floor in a sentence, where there are such.
+/// The fit of a family, if there is one, and a sentence about its floor, if it has one.
 pub fn of(key: &str, members: &[Member], points: &[Point], truth: &TruthInfo) -> (Option<Convergence>, Option<String>) {
     let Some(expected) = expected(key) else { return (None, flat(members, points, truth)) };
     let error = |member: &Member| points[member.point].errors.against(expected.truth).by(expected.metric);

@@ -22,7 +22,7 @@ use afterlight_truth::measure::what_moves;
 /// The name of the file in a report's folder.
 pub const FILE: &str = "journal";
 
-/// Of its lines: 2 have checksums.
+/// The format of the journal's lines: 2 has checksums.
 pub const FORMAT: u32 = 2;
 
 /// A report of days has some megabytes.
@@ -31,15 +31,15 @@ const MOST_BYTES: u64 = 1 << 30;
 /// The options of the measurement, and its machine.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct JournalHeader {
-    /// Of this file and of the report.
+    /// The layout of this file and of the report.
     pub layout: u32,
-    /// Of the program.
+    /// The program's version.
     pub version: String,
     /// An identity that tells builds of one version apart, as far as pictures and times depend on it.
     pub build: String,
     pub machine: Machine,
     pub shard: Option<Shard>,
-    /// As they were given.
+    /// The scenes as they were given.
     pub scenes: Vec<String>,
     pub asked: SweepOptions,
 }
@@ -59,7 +59,7 @@ pub struct SweepOptions {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SceneInfo {
     pub name: String,
-    /// Of all that its truth depends on.
+    /// A hash of all that the scene's truth depends on.
     pub hash: String,
     /// The settings as given, as far as they were.
     pub settings: String,
@@ -73,7 +73,7 @@ pub struct SceneInfo {
     pub points: Vec<String>,
     pub families: Vec<PlannedFamily>,
     pub left_out: Vec<LeftOut>,
-    /// Those that are sought, and confirmed.
+    /// The fronts to search for and to confirm.
     pub fronts: Vec<(Metric, Against)>,
 }
 
@@ -164,7 +164,7 @@ pub struct SceneMeasurements {
     pub drawn: BTreeMap<String, PictureFigures>,
     pub failed: BTreeMap<String, String>,
     pub batches: Vec<Batch>,
-    /// Of the settings as given.
+    /// The attribution for the settings as given.
     pub attribution: Option<Attribution>,
     /// Nothing is left to do.
     pub done: bool,
@@ -206,7 +206,7 @@ impl SceneMeasurements {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Contents {
     pub header: JournalHeader,
-    /// None before the first of them has been opened.
+    /// The scenes' measurements; empty before the first scene has been opened.
     pub scenes: Vec<SceneMeasurements>,
     /// Whole lines that count for nothing, as they are damaged or stand behind one that is.
     pub dropped: usize,
@@ -215,7 +215,7 @@ pub struct Contents {
 }
 
 impl Contents {
-    /// Reads a journal; `None` where there is none, or one without a whole line.
+    /// Reads a journal; `None` if it does not exist or has no whole line.
     ///
     /// # Errors
     /// When it cannot be read, or is of another layout.
@@ -280,8 +280,8 @@ pub struct Journal {
 }
 
 impl Journal {
-    /// Goes on with the journal in a folder, which is that of the same command, or begins one. One without a scene is that of a command that
-    /// could not start, and is begun anew.
+    /// Continues the journal in a folder, which must be of the same command, or begins one. A journal without a scene is of a command that could not
+    /// start, and is begun anew.
     ///
     /// # Errors
     /// When the folder's is of another command, another process writes it, or it cannot be read or written.
@@ -367,7 +367,7 @@ fn threads(header: &JournalHeader) -> String {
     driver_threads.map_or_else(|| threads.to_string(), |driver| format!("{threads} ({driver} of the driver)"))
 }
 
-/// The same for a scene as it was found.
+/// The first thing in which a scene differs from a journal's record of it, in words; `None` if they are the same.
 pub fn scene_difference(there: &SceneInfo, here: &SceneInfo) -> Option<String> {
     let name = &here.name;
     if there.size != here.size {

@@ -30,7 +30,7 @@ pub fn opened<T: DeserializeOwned>(line: &[u8]) -> Option<T> {
     (told == format!("{:08x}", crc32fast::hash(json))).then(|| serde_json::from_slice(json).ok())?
 }
 
-/// The same lines, each behind its checksum: for journals that are written by hand or by chance.
+/// Puts a checksum before each line: for journals that are written by hand or by chance.
 pub fn with_checksums(text: &[u8]) -> Vec<u8> {
     let line = |json: &[u8]| {
         [format!("{:08x} ", crc32fast::hash(json.strip_suffix(b"\n").unwrap_or(json))).as_bytes(), json].concat()

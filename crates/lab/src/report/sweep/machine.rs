@@ -47,7 +47,7 @@ fn os() -> String {
     format!("{} {}", std::env::consts::OS, version(&release)).trim().to_owned()
 }
 
-/// Without the suffix of builders and hosts, which names them.
+/// Drops the suffix of builders and hosts, which names them.
 fn version(release: &str) -> &str {
     let end = release.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(release.len());
     release[..end].trim_end_matches('.')

@@ -7,14 +7,14 @@ use serde::{Deserialize, Deserializer, Serialize};
 use afterlight_truth::measure::still_moving;
 pub use afterlight_truth::measure::{MedianInterval as Interval, Shard};
 
-/// Of the JSON's layout: a merge refuses parts of another one.
+/// The version of the JSON's layout: a merge refuses parts with another layout.
 pub const LAYOUT: u32 = 4;
 
 /// One or several scenes on one device.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Report {
     pub layout: u32,
-    /// Of the program.
+    /// The program's version.
     pub version: String,
     pub machine: Machine,
     /// The shard that this is, and of how many; `None` for all of it.
@@ -54,7 +54,7 @@ pub struct SceneReport {
     pub families: Vec<Family>,
     /// Index of the default settings' point.
     pub default: usize,
-    /// By error metric and truth: which points are on the front.
+    /// The points on the front, by error metric and truth.
     pub fronts: Vec<Front>,
     pub attributions: Vec<Attribution>,
     /// Settings that this device or scene cannot have, and why.
@@ -76,7 +76,7 @@ pub struct TruthInfo {
     /// Root mean square of the standard error of `converged`, exposed: errors near it are not told apart from noise.
     #[serde(deserialize_with = "real")]
     pub noise_rmse: f64,
-    /// The same for relMSE.
+    /// The noise as `noise_rmse`, for relMSE.
     #[serde(deserialize_with = "real")]
     pub noise_rel_mse: f64,
     /// Shares of the pixels, 0 to 1.
@@ -94,7 +94,7 @@ impl TruthInfo {
         Self { samples, noise_rmse: 0.0, noise_rel_mse: 0.0, sky: 0.0, other_triangle: None, size }
     }
 
-    /// The noise of `converged` in the measure of this metric; `None` where it is not known.
+    /// The noise of `converged` in the measure of this metric; `None` if it is not known.
     pub fn noise(&self, metric: Metric) -> Option<f64> {
         match metric {
             Metric::RelMse => Some(self.noise_rel_mse),
@@ -110,7 +110,7 @@ pub struct Point {
     pub name: String,
     pub errors: ErrorsByTruth,
     pub time: Timing,
-    /// On the device, in bytes.
+    /// Memory on the device, in bytes.
     pub memory: u64,
     pub gbuffer_bytes_per_pixel: u32,
     /// PNG files beside the report, by their contents: "picture", "difference".
@@ -153,17 +153,17 @@ pub struct ErrorMetrics {
 /// Milliseconds a picture.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Timing {
-    /// From the start of recording until the device is done.
+    /// The time from the start of recording until the device is done.
     pub wall: Interval,
-    /// By the device's own clock; `None` on CPU devices.
+    /// The time by the device's own clock; `None` on CPU devices.
     pub gpu: Option<Interval>,
     /// CPU time of the process; on CPU devices only.
     pub cpu: Option<Interval>,
-    /// The time that counts over that of the settings as given, in the same rounds; 1 for those. It is surer than milliseconds, which are as
-    /// uncertain as those of the settings as given, too.
+    /// The time that counts over the time of the settings as given, in the same rounds; 1 for the settings as given. It is surer than milliseconds,
+    /// which also carry the uncertainty of the settings as given.
     pub ratio: Interval,
-    /// Measured again since it was found to be on a front; these figures are those of the second time. The settings as given are in every
-    /// batch, and their figures are those of all batches: some of these measured a front again.
+    /// True if the point was measured again since it was found to be on a front; the figures are then from the second time. The settings as given are
+    /// in every batch, and their figures are from all batches: some of these measured a front again.
     pub confirmed: bool,
 }
 
@@ -181,7 +181,7 @@ pub struct Family {
     pub key: String,
     pub title: String,
     pub members: Vec<Member>,
-    /// None where theory has no order of convergence.
+    /// `None` if theory has no order of convergence.
     pub convergence: Option<Convergence>,
     /// The reason why the curve falls no further, in a sentence.
     pub floor: Option<String>,
@@ -193,7 +193,7 @@ pub struct Member {
     pub point: usize,
     /// Short, as "1024" or "fat".
     pub label: String,
-    /// None where the members are not numbers.
+    /// `None` if the members are not numbers.
     pub value: Option<f64>,
 }
 
@@ -248,7 +248,7 @@ impl ErrorMetrics {
         if self.not_finite > 0 { f64::INFINITY } else { self.by(metric) }
     }
 
-    /// Over the pixels that are finite.
+    /// The error over the pixels that are finite.
     pub fn by(&self, metric: Metric) -> f64 {
         match metric {
             Metric::RelMse => self.rel_mse,
@@ -281,9 +281,9 @@ pub struct Front {
 /// A point's place, on the front or off it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Standing {
-    /// On the front, more probably than not.
+    /// The point is on the front, more probably than not.
     On,
-    /// On the front by the figures at hand, and more probably not.
+    /// The point is on the front by the figures at hand, but more probably not.
     Perhaps,
     Off,
 }
@@ -312,7 +312,7 @@ pub struct Attribution {
     pub of_pixels: usize,
 }
 
-/// A row: the parts' means add up to that of the whole, which is the part named "whole".
+/// A row. The parts' means add up to the mean of the whole, which is the part named "whole".
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct AttributedPart {
     /// As "shadows".
@@ -323,11 +323,11 @@ pub struct AttributedPart {
     /// Root mean square of the part over pixels and channels.
     #[serde(deserialize_with = "real")]
     pub rms: f64,
-    /// The part's share of the whole's mean square: the mean of part times whole over that of whole squared. Shares add up to 1; one below 0
-    /// works against the others.
+    /// The part's share of the whole's mean square: the mean of part times whole over the mean of the whole squared. Shares add up to 1; a share
+    /// below 0 works against the others.
     #[serde(deserialize_with = "real")]
     pub share: f64,
-    /// Its meaning, in a sentence.
+    /// The part's meaning, in a sentence.
     pub note: String,
 }
 

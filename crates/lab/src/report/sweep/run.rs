@@ -35,7 +35,7 @@ pub type StepObserver<'a> = &'a mut dyn FnMut(SceneProgress);
 
 /// One scene's run.
 pub struct Run<'a> {
-    /// Of the scene in the journal.
+    /// The index of the scene in the journal.
     pub scene: usize,
     pub sweep: &'a Sweep,
     /// Indices of the points that are measured, the first among them.
@@ -57,8 +57,8 @@ impl Run<'_> {
         let points: Vec<usize> = self.drawn().into_iter().filter(untimed).collect();
         let is_first = self.journal.scenes[self.scene].batches.is_empty();
         self.time(meter, points, false, is_first)?;
-        // Once some of a front are slower than was thought, others take their places, and are measured again in turn. Each is so once, or has
-        // failed: there is an end.
+        // If points of a front turn out slower than was thought, others take their places, and are measured again in turn. Each point is measured
+        // again once, or has failed, so the loop ends.
         loop {
             let found = assemble::on_fronts(&self.journal.scenes[self.scene]);
             let measured = &self.journal.scenes[self.scene];

@@ -1,9 +1,9 @@
 //! Times of pictures: renderers take turns, so that a slow moment of the machine slows all of them.
 //!
 //! A batch is a few renderers that are held at once, the settings as given (the anchor) always among them. They are warmed up together until their
-//! frames' times have settled ([`settle`]), for clocks rise and drivers compile late; then rounds begin, each of one picture by each renderer in random order. The measure is the
-//! ratio of a picture's time to that of the anchor in the same round: it is comparable between batches, and between machines of one kind.
-//! Milliseconds are that ratio times the anchor's median over all batches, and as uncertain as both.
+//! frames' times have settled ([`settle`]), for clocks rise and drivers compile late; then rounds begin, each of one picture by each renderer in
+//! random order. The measure is the ratio of a picture's time to the anchor's in the same round: it is comparable between batches, and between
+//! machines of one kind. Milliseconds are that ratio times the anchor's median over all batches, and as uncertain as both.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -32,7 +32,7 @@ const MORE_ROUNDS: usize = 3;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct TimingSample {
     pub wall: f64,
-    /// By the device's own clock; `None` on CPU devices.
+    /// The time by the device's own clock; `None` on CPU devices.
     pub gpu: Option<f64>,
     /// CPU time of the process; on CPU devices only.
     pub cpu: Option<f64>,
@@ -45,7 +45,7 @@ impl TimingSample {
     }
 }
 
-/// The times of a batch: those of the anchor, and of the others in the same rounds.
+/// The times of a batch: the anchor's, and the others' in the same rounds.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Rounds {
     pub anchor: Vec<TimingSample>,
@@ -131,7 +131,7 @@ impl TimedRenderer {
         self.draw_frames(u32::MAX)
     }
 
-    /// Draws the first frames of a picture, at most so many, and extrapolates to the time of all: its frames differ by less than times scatter.
+    /// Draws the first frames of a picture, at most `most`, and extrapolates to the time of all: the frames differ by less than times scatter.
     pub fn draw_frames(&mut self, most: u32) -> Result<TimingSample, SweepError> {
         let cpu_before = cpu_seconds();
         let whole = self.renderer.plan().frames_a_picture();
@@ -190,7 +190,7 @@ fn median(samples: &[f64]) -> f64 {
     afterlight_truth::measure::percentile(&sorted, 50.0).unwrap_or(f64::NAN)
 }
 
-/// Draws rounds of all contenders, of which the first is the anchor, each round in an order of its own. `draw` draws a picture of one of them.
+/// Draws rounds of all contenders, the first of which is the anchor, each round in a new random order. `draw` draws a picture of one contender.
 pub fn take_turns<E>(
     contenders: usize,
     effort: &Effort,
@@ -206,7 +206,7 @@ pub fn take_turns<E>(
     })
 }
 
-/// The same for a first look: few rounds where they take long, and as many as an interval needs where they do not.
+/// Draws rounds for a first look: few if they take long, otherwise as many as an interval needs.
 pub fn glance<E>(
     contenders: usize,
     random: &mut fastrand::Rng,
@@ -244,7 +244,7 @@ fn is_unsure(own: &[TimingSample], anchor: &[TimingSample]) -> bool {
         .is_some_and(|interval| interval.is_wide())
 }
 
-/// The time of each round over that of the anchor; `None` without a clock.
+/// The time of each round over the anchor's; `None` without a clock.
 fn ratios(
     own: &[TimingSample],
     anchor: &[TimingSample],
@@ -271,12 +271,12 @@ pub struct Anchor {
 #[derive(Debug, Clone, PartialEq)]
 pub struct PointTimes {
     pub timing: Timing,
-    /// Of each round, over that of the anchor, by the clock that counts; 1 alone for the anchor, with which the others are compared.
+    /// The time of each round over the anchor's, by the clock that counts. The anchor has a single 1, as the others are compared with it.
     pub ratios: Vec<f64>,
 }
 
 impl Anchor {
-    /// Its samples by batch; `None` where there are none.
+    /// Builds the scale from the anchor's samples, by batch; `None` if there are none.
     pub fn of(batches: &[&[TimingSample]]) -> Option<Self> {
         let by = |clock: SampleClock| {
             let times = |batch: &&[TimingSample]| batch.iter().map(clock).collect::<Option<Vec<f64>>>();

@@ -1,8 +1,8 @@
 //! Cameras that a choice is verified from: moved and turned within the scene, so that something is seen. No device is asked: rays of the
 //! reference find the room for a camera and the objects in view.
 //!
-//! A camera goes towards something that the scene's own camera sees, along a ray that nothing blocks, so that it cannot come to stand
-//! inside a wall; then it turns. Its way and turn follow from its place in a sequence alone: the same scene has the same cameras.
+//! A camera goes towards something that the scene's own camera sees, along a ray that nothing blocks, so that it cannot come to stand inside a wall;
+//! then it turns. The way and the turn follow only from the camera's index in a sequence: the same scene has the same cameras.
 
 use std::collections::BTreeSet;
 
@@ -15,14 +15,14 @@ use afterlight_truth::reference::{CameraView, Reference};
 const GRID: [u32; 2] = [16, 9];
 /// Cameras that are tried for each that is wanted.
 const TRIES: u32 = 64;
-/// The least part of the picture that must be surfaces, as a share of that of the scene's own camera.
+/// The least part of the picture that must be surfaces, relative to the picture of the scene's own camera.
 const LEAST_SEEN: f64 = 0.6;
-/// The least number of different objects in view, as a share of that of the scene's own camera: a bare floor tells little.
+/// The least number of different objects in view, relative to the view of the scene's own camera: a bare floor tells little.
 const LEAST_OBJECTS: f64 = 0.5;
-/// A surface nearer than this share of the usual distance is in the way; so many of the rays may end at one.
+/// A surface nearer than this share of the usual distance is in the way; at most the second share of the rays may end at one.
 const IN_THE_WAY: f64 = 0.15;
 const MOST_IN_THE_WAY: f64 = 0.3;
-/// Two cameras differ if they are turned by so many degrees or stand apart by this share of the usual distance.
+/// Two cameras differ if they are turned by this many degrees or stand apart by this share of the usual distance.
 const LEAST_TURN_DEGREES: f64 = 15.0;
 const LEAST_MOVE: f64 = 0.15;
 
@@ -67,7 +67,7 @@ impl VisibleSurfaces {
 pub struct HeldOutCamera {
     /// The camera itself.
     pub camera: Camera,
-    /// The same, as `--camera` takes it.
+    /// The camera as `--camera` takes it.
     pub text: String,
 }
 

@@ -25,18 +25,18 @@ pub struct Goal {
 pub enum GoalBound {
     /// The fastest settings whose error is at most this.
     Error(f64),
-    /// The fastest settings whose error is at most this share more than that of the settings as given: 0.02 for 2%.
+    /// The fastest settings whose error exceeds the error of the settings as given by at most this share: 0.02 for 2%.
     Loss(f64),
-    /// The settings with the least error whose pictures take at most so many milliseconds.
+    /// The settings with the least error whose pictures take at most this many milliseconds.
     Milliseconds(f64),
 }
 
 /// The figures of settings from one camera.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Measurement {
-    /// By the goal's metric, against the converged truth.
+    /// The error by the goal's metric, against the converged truth.
     pub error: f64,
-    /// Of one picture, in milliseconds.
+    /// The time of one picture, in milliseconds.
     pub time: Interval,
 }
 
@@ -57,16 +57,16 @@ pub trait Witness {
     fn measure(&mut self, camera: usize, scene: &SceneReport, point: usize) -> Result<PairedMeasurement, SweepError>;
 }
 
-/// Measures points of a scene until nothing that is left could change the choice: with a margin among those alone whose error (where time is
-/// bounded, whose time) is below it.
+/// Measures points of a scene until nothing that is left could change the choice. With a margin, only points whose error (if time is bounded, whose
+/// time) is below it are of use.
 pub type Searcher<'a> = &'a mut dyn FnMut(Option<f64>) -> Result<SceneReport, SweepError>;
 
-/// Settings, and those as given, that took turns.
+/// Interleaved measurements of a candidate and of the settings as given.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PairedMeasurement {
-    /// Of the candidate.
+    /// The candidate's figures.
     pub own: Measurement,
-    /// Of the settings as given.
+    /// The figures of the settings as given.
     pub default: Measurement,
 }
 
@@ -75,14 +75,14 @@ pub struct PairedMeasurement {
 pub struct Attempt {
     /// Index in [`SceneReport::points`].
     pub point: usize,
-    /// By camera, up to the first on which the bound does not hold.
+    /// The measurements by camera, up to the first camera on which the bound does not hold.
     pub held_out: Vec<PairedMeasurement>,
 }
 
 /// The result of a search.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SearchResult {
-    /// On which the bound holds from every camera.
+    /// The attempt whose bound holds from every camera.
     pub chosen: Option<Attempt>,
     /// Tried before it, in this order; the bound failed on the last of each one's cameras.
     pub passed_over: Vec<Attempt>,
@@ -91,7 +91,7 @@ pub struct SearchResult {
 }
 
 impl Goal {
-    /// Returns those of a point's figures that count.
+    /// Returns the figures of a point that count for the goal.
     pub fn of(&self, point: &Point) -> Measurement {
         let error = point.errors.against(Against::Converged).comparable(self.metric);
         Measurement { error, time: *self.clock(&point.time).1 }
@@ -113,8 +113,8 @@ impl Goal {
         truth.noise(self.metric).filter(|noise| most < NEAR_NOISE * noise)
     }
 
-    /// A time holds where its whole 95% interval does. With a bound on loss, settings that are slower than those as given do not hold either, unless
-    /// the two intervals overlap.
+    /// Returns true if the bound holds, for a time with its whole 95% interval. With a bound on loss, it does not hold for settings that are slower
+    /// than the settings as given either, unless the two intervals overlap.
     pub fn holds(&self, pair: &PairedMeasurement) -> bool {
         self.bounded(pair) <= self.limit() && !self.is_slower(pair)
     }
@@ -128,7 +128,7 @@ impl Goal {
         let PairedMeasurement { own, default } = pair;
         match self.bound {
             GoalBound::Error(_) => own.error,
-            // Of two errors of 0 as well.
+            // Two errors of 0 are equal as well.
             GoalBound::Loss(_) if own.error == default.error => 0.0,
             GoalBound::Loss(_) => own.error / default.error - 1.0,
             GoalBound::Milliseconds(_) => own.time.high,
@@ -146,9 +146,9 @@ impl Goal {
         PairedMeasurement { own: self.of(&scene.points[point]), default: self.of(&scene.points[scene.default]) }
     }
 
-    /// Points on which the bound holds, as was measured twice, the best first: the fastest where error is bounded, else those that err least.
-    /// `margin` is an error (or a time) that failed elsewhere: only points below it are of use. The settings as given lose nothing against
-    /// themselves: they are the last that a bound on the loss has.
+    /// Points on which the bound holds and that were measured twice, the best first: the fastest if error is bounded, otherwise the points with the
+    /// least error. `margin` is an error (or a time) that failed elsewhere: only points below it are of use. The settings as given lose nothing
+    /// against themselves: with a bound on loss they come last.
     pub fn candidates(&self, scene: &SceneReport, margin: Option<f64>) -> Vec<usize> {
         let of = |index: usize| self.of(&scene.points[index]);
         let is_bounded_in_time = matches!(self.bound, GoalBound::Milliseconds(_));

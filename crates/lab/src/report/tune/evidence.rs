@@ -40,15 +40,15 @@ pub struct Evidence {
     pub noise_rel_mse: f64,
     /// The clock that counts: "device" or "wall".
     pub clock: &'static str,
-    /// Times are of frames in which everything moves, and not of those that keep their shadow maps.
+    /// True if times are of frames in which everything moves, and not of frames that keep their shadow maps.
     pub moving: bool,
-    /// The path that the cameras stand on, where there is one, and the moment that the settings were chosen with.
+    /// The path that the cameras stand on, if they do.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub path: Option<String>,
-    /// In seconds from the path's start.
+    /// The moment that the settings were chosen with, in seconds from the path's start.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub at_s: Option<f64>,
-    /// From the camera that the settings were chosen with.
+    /// Figures from the camera that the settings were chosen with.
     pub choice: MeasuredSettings,
     /// The settings as given.
     pub default: MeasuredSettings,
@@ -72,7 +72,7 @@ pub struct MeasuredSettings {
 /// A median with its 95% interval.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Figures {
-    /// By the goal's metric.
+    /// The error by the goal's metric.
     pub error: f64,
     /// The median time of a picture, in milliseconds.
     pub ms: f64,
@@ -90,7 +90,7 @@ pub struct HeldOut {
     /// The moment of the path, in seconds from its start.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub at_s: Option<f64>,
-    /// Of the choice.
+    /// The figures of the choice.
     #[serde(flatten)]
     pub choice: Figures,
     /// The error of the settings as given.
@@ -141,7 +141,7 @@ pub struct SearchContext<'a> {
     pub scene: &'a SceneReport,
     /// The goal of the search.
     pub goal: &'a Goal,
-    /// By their index, as `--camera` takes them.
+    /// The cameras by index, as `--camera` takes them.
     pub cameras: &'a [String],
     /// The path that they stand on, if they do.
     pub path: Option<&'a PathMoments>,
@@ -152,9 +152,9 @@ pub struct SearchContext<'a> {
 pub struct PathMoments {
     /// The file.
     pub file: String,
-    /// Of the camera that settings are chosen with.
+    /// The moment of the camera that settings are chosen with.
     pub own: f64,
-    /// Of the other cameras.
+    /// The moments of the other cameras.
     pub others: Vec<f64>,
 }
 
@@ -197,7 +197,7 @@ impl Evidence {
 }
 
 impl SearchContext<'_> {
-    /// The camera on which a candidate failed, the last of its own.
+    /// The camera on which a candidate failed: the last one that measured it.
     pub fn passed_over(&self, attempt: &Attempt) -> Option<PassedOver> {
         let pair = attempt.held_out.last()?;
         Some(PassedOver {

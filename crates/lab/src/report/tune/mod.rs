@@ -77,7 +77,7 @@ pub struct Tuning<'a> {
 pub struct Within {
     /// The moment at which it began.
     pub begun: Instant,
-    /// Its length.
+    /// The time limit.
     pub time: Duration,
     /// Other cameras that verify the choice, and need their part of the time.
     pub cameras: u32,
@@ -218,7 +218,7 @@ impl<'a, 'b> SearchRun<'a, 'b> {
         Self { tuning, journal, begun, pictures, glances, has_truth: false, not_measured: Vec::new() }
     }
 
-    /// Takes step after step until there is none, or the time is over; then only those that a choice needs.
+    /// Takes step after step until none is left, or the time is over; then only the steps that a choice needs.
     fn until_done(
         &mut self,
         probe: &mut dyn Probe,
@@ -407,8 +407,8 @@ impl<'a, 'b> SearchRun<'a, 'b> {
     }
 }
 
-/// Finds settings among those of `selection` that keep the bound on this device, with the effort of `afterlight tune --quick`, and verifies
-/// them from up to `cameras` other cameras.
+/// Finds settings within `selection` that keep the bound on this device, with the effort of `afterlight tune --quick`, and verifies them from up to
+/// `cameras` other cameras.
 ///
 /// # Errors
 /// When the device cannot draw the scene as its settings are given, is lost or lacks the memory; when [`Scene::check`] finds a fault.

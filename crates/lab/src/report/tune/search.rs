@@ -1,8 +1,8 @@
 //! The choice of the next measurement, so that few measurements find a whole sweep's result: successive halving (Jamieson and Talwalkar 2016).
 //!
-//! All points get a glance of a few frames; those that may still win are drawn, and timed again with more rounds. A point is dropped
-//! as soon as the lower end of its time lies above that of a better one that keeps the bound, or its error breaks the bound. The effects of single
-//! settings predict those of combinations. The prediction decides the order, not the choice: when time is short, the promising come first.
+//! All points get a glance of a few frames; points that may still win are drawn, and timed again with more rounds. A point is dropped as soon as its
+//! error breaks the bound, or its whole time interval lies above the interval of a better point that keeps the bound. The effects of single settings
+//! predict the effects of combinations. The prediction decides the order, not the choice: when time is short, the promising points come first.
 //!
 //! A step follows from the journal, the number of cores, and whether the truth is there and the time is over. A run that was broken off goes on from its
 //! journal.
@@ -26,7 +26,7 @@ const FINALISTS: usize = 4;
 const GLANCE_ERROR: f64 = 0.05;
 /// The least share of the time that another value of a family is hoped to save, where values are words and tell nothing about each other.
 const MATTERS: f64 = 0.03;
-/// The time of a family that nothing is known of, over that of the settings as given: each is tried once, early.
+/// The assumed time of a family without measurements, over the time of the settings as given: so each family is tried once, early.
 const HOPE: f64 = 0.5;
 /// Combinations whose parts err by more than this multiple of the bound come last.
 const HOPELESS: f64 = 1.25;
@@ -38,7 +38,7 @@ pub enum SearchStep {
     Draw(usize),
     /// A few frames beside the settings as given.
     Glance(Vec<usize>),
-    /// All rounds of those that may be the choice.
+    /// All rounds of points that may be the choice.
     Confirm(Vec<usize>),
 }
 
@@ -61,7 +61,7 @@ pub struct Search<'a> {
     pub glances: usize,
 }
 
-/// A time: where error is bounded over that of the settings as given, else in milliseconds.
+/// A time: in milliseconds if time is bounded, otherwise over the time of the settings as given.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct TimeEstimate {
     low: f64,
@@ -282,7 +282,7 @@ impl Search<'_> {
                 })
             });
             let is_confirmed = times.is_some_and(|((batch, _), _)| batch.confirms);
-            // None of its times is a number.
+            // The point was timed, but no time of it is a number.
             let is_out = is_out || (times.is_some() && time.is_none());
             PointState { time, is_confirmed, error, is_out }
         };
@@ -311,7 +311,7 @@ fn median(time: Option<TimeEstimate>) -> f64 {
     time.map_or(f64::INFINITY, |time| time.median)
 }
 
-/// The median of ratios, and how sure it is; those of a glance may be wrong by more than they scatter.
+/// The median of ratios, and how sure it is; the ratios of a glance may be wrong by more than they scatter.
 fn estimate(ratios: &[f64], is_confirmed: bool) -> Option<TimeEstimate> {
     let mut sorted: Vec<f64> = ratios.iter().copied().filter(|ratio| ratio.is_finite()).collect();
     sorted.sort_by(f64::total_cmp);
@@ -351,12 +351,12 @@ impl<'a> EffectModel<'a> {
         Self { info, states: known, by_name, families, anchor: known[0].time.map_or(1.0, |time| time.median) }
     }
 
-    /// Over that of the settings as given.
+    /// The time over the time of the settings as given.
     fn ratio(&self, index: usize) -> Option<f64> {
         self.states[index].time.map(|time| time.median / self.anchor)
     }
 
-    /// Estimates a point's time, hopeful where little is measured, over that of the settings as given.
+    /// Estimates a point's time over the time of the settings as given; the estimate is hopeful if little is measured.
     fn time(&self, index: usize) -> f64 {
         if let Some(family) = self.families[index] {
             return self.of_family(family, index);
@@ -395,7 +395,7 @@ impl<'a> EffectModel<'a> {
         }
     }
 
-    /// The error to expect; that of the settings as given for settings alone.
+    /// The error to expect; for single settings the error of the settings as given.
     fn error(&self, index: usize) -> f64 {
         let given = self.states[0].error.unwrap_or(0.0);
         if self.families[index].is_some() {

@@ -17,7 +17,7 @@ use afterlight::scene::SettingsPatch;
 /// A device that draws the scene from cameras elsewhere.
 pub struct DeviceWitness<'a> {
     pub(super) goal: Goal,
-    /// By the names of points.
+    /// The settings of points, by name.
     pub(super) patches: &'a BTreeMap<String, SettingsPatch>,
     /// The scene's own camera, with pictures as the truth has them.
     pub(super) home: CameraBench<'a>,

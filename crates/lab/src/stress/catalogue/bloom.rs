@@ -7,8 +7,9 @@ use super::stage::{lamp, sphere_on_floor};
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{HdrFormat, Material, SettingsPatch};
 
-/// Of the picture's peak. A level is the mean of texels that lie on a grid, and its light changes with where a small light is on it: for six taps by 3.7% of a level's kernel
-/// along each axis (`crates/truth/src/reference/bloom.rs`), of which smooth light has far less.
+/// The bound on errors over the picture's peak. A level is the mean of texels on a grid, so the level's light depends on the place of a small light
+/// on that grid: with six taps by 3.7% of a level's kernel along each axis (`crates/truth/src/reference/bloom.rs`). Smooth light has far less of this
+/// error.
 const SPREAD: Bound = Bound { worst: 0.02, mean: 5e-3 };
 
 pub const CASES: &[Case] = &[

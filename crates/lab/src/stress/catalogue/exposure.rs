@@ -33,7 +33,7 @@ pub const CASES: &[Case] = &[
         })),
     case("exposure/decades", "decades of light in one picture, by way of half floats")
         .over(DECADES, "decades")
-        // From white times 65,000 down to where half floats have fewer bits.
+        // The light goes from 65,000 times white down to where half floats have fewer bits.
         .claim([0.0, 9.0], Bound { worst: 5e-3, mean: 5e-4 })
         .check(Check::Picture(|decades| decades_of(decades, HdrFormat::Rgba16f))),
     case("exposure/decades-b10g11r11", "the same by way of packed floats")
@@ -92,8 +92,7 @@ fn stops(over: f64, pane: bool, settings: SettingsPatch) -> Subject {
     of_light(SettingsPatch { exposure, ..settings }, stage)
 }
 
-/// Squares that shine by themselves, from the brightest down to so many decades less, two to a decade. The brightest is as bright
-/// as half floats hold.
+/// Self-luminous squares, two to a decade, from the brightest down to `decades` decades less. The brightest is as bright as half floats hold.
 fn decades_of(decades: f64, format: HdrFormat) -> Subject {
     let mut stage = SceneBuilder::default();
     let last = (decades * 2.0) as usize;

@@ -6,7 +6,7 @@ use super::super::{Bound, Case, Check, Subject, SweepValues, case};
 use super::stage::{float32, lamp, sphere_on_floor};
 use afterlight::scene::{Camera, Fog, HdrFormat, Light, LightKind, SettingsPatch};
 
-/// Of a pixel. Exponents of up to 88 are rounded to 2^-24 of themselves.
+/// The bound on errors over a pixel's light. Exponents of up to 88 are rounded to 2^-24 of themselves.
 const CLOSED: Bound = Bound { worst: 1e-4, mean: 2e-6 };
 
 pub const CASES: &[Case] = &[

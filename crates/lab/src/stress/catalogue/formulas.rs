@@ -1,9 +1,9 @@
 //! Single formulas of the shaders, each on tens of thousands of inputs for a value.
 //!
-//! Their limits, where nothing else is said: the inputs and each operation are rounded to 6e-8. A cosine near 1 tells nothing of its
-//! angle, so that sharp lobes go by sines; a highlight as wide as `alpha` errs by about four times the rounding of a direction over `alpha`,
-//! and by more where light and eye are nearly opposite, since unequal lengths then turn the half vector. A cone's edge of a thousandth
-//! (`spot-cone`) makes 1000 of each rounding of its cosine. Along the horizon (`grazing`) the rounding of a cosine is all there is of it.
+//! Unless a case says otherwise, its limits follow from the rounding of the inputs and of each operation to 6e-8. A cosine near 1 tells nothing of
+//! its angle, so sharp lobes go by sines; a highlight as wide as `alpha` errs by about four times the rounding of a direction over `alpha`, and by
+//! more where light and eye are nearly opposite, since unequal lengths then turn the half vector. A cone's edge of a thousandth (`spot-cone`)
+//! multiplies each rounding of its cosine by 1000. Along the horizon (`grazing`) the cosine is nothing but its rounding.
 
 use glam::DVec3;
 

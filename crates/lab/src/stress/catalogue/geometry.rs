@@ -8,7 +8,7 @@ use afterlight::scene::builtin::shapes::{self, MeshBuilder, Vertex};
 use afterlight::scene::builtin::stage::SceneBuilder;
 use afterlight::scene::{Camera, Material, Mesh};
 
-/// The error that rounding in 32 bits leaves; the worst pixels are those that light grazes.
+/// The error that rounding in 32 bits leaves; it is worst in pixels at grazing light.
 const TIGHT: Bound = Bound { worst: 1e-3, mean: 1e-6 };
 
 pub const CASES: &[Case] = &[
@@ -241,7 +241,7 @@ fn indices(before: f64) -> Subject {
     let before = before as usize;
     let shifted = |values: &[[f32; 3]], first: [f32; 3]| [vec![first; before], values.to_vec()].concat();
     let mut indices: Vec<u32> = floor.indices.iter().map(|index| index + before as u32).collect();
-    // Those before are used, by a triangle without area each.
+    // A triangle without area uses each of the vertices before.
     indices.splice(0..0, (0..before as u32).flat_map(|index| [index; 3]));
     let mesh = Mesh {
         positions: shifted(&floor.positions, [0.0; 3]),

@@ -87,7 +87,7 @@ const fn many(name: &'static str, subject: fn(f64) -> Subject) -> Case {
         .check(Check::Picture(subject))
 }
 
-/// With a G-buffer in single floats, so that only the light errs.
+/// A subject with a G-buffer in single floats, so that only the light errs.
 fn precise(stage: SceneBuilder) -> Subject {
     Subject::with(stage.scene, float32())
 }
@@ -155,7 +155,7 @@ fn spot([inner_angle_degrees, outer_angle_degrees]: [f64; 2]) -> Subject {
     precise(stage)
 }
 
-/// The truth is that of unit vectors. The spot has a range, so that its reach has a volume.
+/// The truth has unit vectors. The spot has a range, so that its reach has a volume.
 fn direction(length: f64) -> Subject {
     let lit = |length: f64| {
         let mut stage = sphere_on_floor();

@@ -16,7 +16,7 @@ pub const CASES: &[Case] = &[
     .over(SweepValues::List(&[1.0, 2.0, 3.0, 16.0, 64.0, 256.0]), "")
     .claim([1.0, 256.0], Bound { worst: 1e-5, mean: 1e-6 })
     .check(Check::Placed(|edge| cells(edge, LightPath::Loop), 0.2)),
-    // Lavapipe makes each level of each cell by a draw of its own: ten seconds for all of the largest atlas.
+    // Lavapipe makes each level of each cell by a separate draw: ten seconds for all of the largest atlas.
     case("looks/cells-forward", "the same, lit as they are drawn")
         .over(SweepValues::List(&[1.0, 2.0, 3.0, 16.0, 64.0]), "")
         .claim([1.0, 64.0], Bound { worst: 1e-5, mean: 1e-6 })
@@ -48,7 +48,8 @@ pub const CASES: &[Case] = &[
 /// Sprites a side.
 const SIDE: u32 = 16;
 
-/// A square metre of sprites, each as `look` says, in front of a camera; the atlas has cells of one colour each and so many texels a side.
+/// A square metre of sprites, each as `look` says, in front of a camera. The atlas has `edge` cells a side, each of one colour and with `texels`
+/// texels a side.
 fn sprites([edge, texels]: [u32; 2], color: impl Fn(u32) -> Vec3, look: impl Fn(u32) -> Look) -> SceneBuilder {
     let width = edge * texels;
     let texel = |index: u32| {

@@ -83,7 +83,7 @@ fn subject(scene: Scene, playing: Playing, truth: Scene) -> Subject {
     Subject { playing: Some(playing), truth: Some(truth), ..Subject::with(scene, settings) }
 }
 
-/// The floor alone, under a lamp. Its materials are matt (0) and shiny (1).
+/// The floor alone, under a lamp. The materials are matt (0) and shiny (1).
 fn floor() -> SceneBuilder {
     let mut stage = sphere_on_floor();
     stage.scene.objects.truncate(1);
@@ -189,7 +189,7 @@ impl Tube {
     }
 }
 
-/// Turns a node, about Z, by so much at the moment that is drawn.
+/// Turns a node about Z by `radians` at the moment that is drawn.
 fn turn(stage: &mut SceneBuilder, node: usize, radians: f64) {
     let ends = [0.0, radians / SHARE].map(|angle| DQuat::from_rotation_z(angle).to_array());
     keys(stage, ChannelTarget::Rotation(node), [0.0, SECONDS], &ends.concat());
@@ -238,7 +238,7 @@ fn weights(most: f64) -> Subject {
     let share = |position: &[f32; 3]| (plain.origin.y + f64::from(position[1])) / HEIGHT;
     let hung: Vec<_> = plain.positions.iter().map(|position| ([0, 1], share(position) * most)).collect();
     let own = influences(&hung);
-    // By the weights as f32 has rounded them.
+    // The truth uses the weights as rounded to f32.
     let leant: Vec<DVec3> = (0..plain.positions.len())
         .map(|vertex| {
             let [rest, moved] = [0, 1].map(|joint| f64::from(own.weights[vertex * 4 + joint]));

@@ -6,8 +6,8 @@ use super::super::{Bound, Case, Check, Subject, SweepValues, case};
 use super::stage::{float32, lamp, sphere_on_floor};
 use afterlight::scene::{Emitter, HdrFormat, Playing, SettingsPatch};
 
-/// Of particles as the device has them in single floats. The worst pixels are those in which two particles nearly equally far away change places, and
-/// those of particles on which an edge of the sphere's shadow lies.
+/// The bound for particles in single floats, as the device has them. The worst pixels are pixels in which two particles at nearly the same distance
+/// swap their order, and pixels of particles with an edge of the sphere's shadow on them.
 const DRAWN: Bound = Bound { worst: 5e-3, mean: 5e-5 };
 
 pub const CASES: &[Case] = &[
@@ -84,7 +84,7 @@ fn cloud(metres: f64) -> Subject {
 fn one_point(count: f64) -> Subject {
     let still =
         Emitter { extent: DVec3::ZERO, velocity: DVec3::ZERO, spread: DVec3::ZERO, gravity: DVec3::ZERO, ..fountain() };
-    // None before the start.
+    // No particle exists before the start.
     let start = if count == 0.0 { Some(1e3) } else { None };
     drawn(Emitter { rate: (count - 0.5).max(0.4) / 2.0, start, ..still }, 20.0)
 }

@@ -36,12 +36,12 @@ pub const CASES: &[Case] = &[
         .check(Check::Picture(thin_lamp)),
     case("shadows/receiver", "a floor so wide under a ball of a metre")
         .over(SweepValues::Decades(1, 7), "m")
-        // From 10 km on the near cascade's texels are larger than the ball.
+        // The near cascade's texels are larger than the ball from 10 km on.
         .claim([10.0, 1e3], wrong(2e-3))
         .check(Check::Picture(receiver)),
     case("shadows/cascades", "a ball so far off, and as large, on a floor of 200 km")
         .over(SweepValues::Decades(0, 5), "m")
-        // By default cascades part the view more evenly than these balls lie, and begin at a thousandth of how far it goes.
+        // The default cascades split the view more evenly than the balls are spaced, and begin at a thousandth of the view's depth.
         .claim([1e3, 1e5], wrong(5e-3))
         .check(Check::Picture(|metres| cascades(metres, None))),
     case("shadows/cascades-log", "the same with cascades that part the view by its logarithm")
@@ -102,7 +102,7 @@ fn sun(stage: &mut SceneBuilder, towards: DVec3) {
     ambient(stage, 1000.0);
 }
 
-/// A lamp that makes about 1000 lux so many metres away.
+/// A lamp with a shadow that makes about 1000 lux at this distance.
 fn shadowing_lamp(stage: &mut SceneBuilder, position: DVec3, metres: f64) {
     stage.light(Light { casts_shadow: true, ..lamp(position, (1000.0 * metres * metres) as f32) });
     ambient(stage, 1000.0);
@@ -133,7 +133,7 @@ fn elevation(degrees: f64) -> Subject {
 fn wall(degrees: f64) -> Subject {
     let mut stage = sphere_on_floor();
     place(&mut stage, [4.0, 2.0, 0.5], DVec3::new(0.0, 1.0, -1.25));
-    // Its face looks to +Z.
+    // The wall faces +Z.
     let (sin, cos) = degrees.to_radians().sin_cos();
     sun(&mut stage, DVec3::new(0.6 * cos, 0.8 * cos, sin));
     exact_but_shadows(stage)
@@ -189,7 +189,7 @@ fn cascades(metres: f64, lambda: Option<f32>) -> Subject {
             DAffine3::from_scale_rotation_translation(DVec3::splat(0.1 * far), glam::DQuat::IDENTITY, place),
         );
     }
-    // To the one that is meant, from an eye two metres up at the most.
+    // The camera looks at the ball of this decade.
     let decade = metres.log10().round() - 2.5;
     let eye = DVec3::new(0.0, 0.3, 0.0);
     let camera = Camera::looking_at(eye, DVec3::new(decade * 0.3 * metres, 0.05 * metres, -metres), DVec3::Y);
@@ -206,7 +206,7 @@ fn inside(radii: f64) -> Subject {
     exact_but_shadows(stage)
 }
 
-/// In a square beside the sphere, which casts none. So does the floor.
+/// Pegs in a square beside the sphere. Neither the sphere nor the floor casts a shadow.
 fn casters(count: f64) -> Subject {
     let mut stage = sphere_on_floor();
     for object in &mut stage.scene.objects {

@@ -32,7 +32,7 @@ pub fn lamp(position: DVec3, candela: f32) -> Light {
     }
 }
 
-/// Settings with a G-buffer of 32-bit floats, which adds no error of its own.
+/// Settings with a G-buffer of 32-bit floats, which adds no error itself.
 pub fn float32() -> SettingsPatch {
     kept_in(GbufferChoice { preset: GbufferPreset::Float32, ..GbufferChoice::default() })
 }

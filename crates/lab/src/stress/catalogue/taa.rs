@@ -22,12 +22,12 @@ pub const CASES: &[Case] = &[
         .check(Check::Whole(emission)),
     case("taa/speed", "a box that glows comes to its place so fast, in metres a second: 16 frames averaged over time")
         .over(SweepValues::List(&[0.0, 0.01, 0.1, 1.0, 10.0, 100.0, 1e4, 1e6]), "m/s")
-        // A surface without history begins with one frame, whose edges are those of one place in each pixel.
+        // A surface without history starts from one frame, whose edges have one sample a pixel.
         .claim([0.0, 1e6], Bound { worst: 0.06, mean: 0.06 })
         .check(Check::Whole(speed)),
     case("taa/size", "squares of so many pixels: 16 frames averaged over time")
         .over(SweepValues::List(&[1.0, 2.0, 3.0, 7.0, 17.0, 65.0]), "px")
-        // Of a single pixel the mean over 16 places, against one over 64 others.
+        // A single pixel is the mean over 16 sample positions, and its truth the mean over 64 others.
         .claim([1.0, 65.0], Bound { worst: 0.15, mean: 0.15 })
         .check(Check::Whole(|edge| size([edge as u32; 2]))),
 ];
@@ -43,7 +43,7 @@ fn lit() -> SceneBuilder {
     stage
 }
 
-/// A box that emits so much, at this place.
+/// A box at this place that emits this many times white.
 fn glowing(stage: &mut SceneBuilder, times_white: f64, place: DVec3) {
     let glow =
         Material { name: "sign".into(), emissive: Vec3::splat((1.2 * times_white) as f32), ..Material::default() };

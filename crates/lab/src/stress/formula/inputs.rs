@@ -28,17 +28,17 @@ pub const REFLECTION: &[(&str, usize)] = &[
 /// Numbers from 0 to 1 that break things.
 const SHARES: [f32; 8] = [0.0, 1.0, f32::EPSILON, 1.0 - f32::EPSILON / 2.0, 1e-40, f32::MIN_POSITIVE, 0.5, 0.04];
 
-/// The same numbers for the same seed.
+/// Returns a generator that gives the same numbers for the same seed.
 pub fn rng(seed: f64) -> Rng {
     Rng::with_seed(seed.to_bits())
 }
 
-/// Any, or one in three times one that breaks things.
+/// Returns any number from 0 to 1, and one time in three one that breaks things.
 pub fn share(rng: &mut Rng) -> f32 {
     if rng.u32(0..3) == 0 { SHARES[rng.usize(0..SHARES.len())] } else { rng.f32() }
 }
 
-/// Uniform over the sphere.
+/// Returns a direction, uniform over the sphere.
 pub fn direction(rng: &mut Rng) -> DVec3 {
     let z = 2.0 * rng.f64() - 1.0;
     around(DVec3::Z, z, TAU * rng.f64())
@@ -85,13 +85,13 @@ fn directions(rng: &mut Rng, index: usize, width: f64) -> Directions {
     let any = around(single, rng.f64(), turn);
     match index % 8 {
         0 => [single, any, around(single, rng.f64(), TAU * rng.f64())],
-        // In and around the highlight.
+        // Half vectors near the normal: directions in and around the highlight.
         1..=3 => {
             let half = around(single, (width * 4.0 * rng.f64().powi(2)).min(1.5).cos(), TAU * rng.f64());
             [single, any, (2.0 * any.dot(half) * half - any).normalize()]
         }
         4 => [single, any, shaken(rng, any)],
-        // The normal faces the light, and then not the eye.
+        // Eye and light are opposite: if the normal faces the light, it faces away from the eye.
         5 => [single, -any, any],
         6 => [single, -any, shaken(rng, any)],
         _ => {
@@ -111,7 +111,7 @@ fn packed([normal, view, light]: Directions, fourth: [f32; 2], albedo: [f32; 3])
     [a, b, c, [albedo[0], albedo[1], albedo[2], grazing]].concat().try_into().unwrap_or([0.0; 16])
 }
 
-/// Every other input with a reflectance of its own, from nothing to all in either direction.
+/// Gives every other input its own reflectance, from 0 to 1, both facing and grazing.
 fn reflecting(mut inputs: Vec<Input>) -> Vec<Input> {
     for (index, input) in inputs.iter_mut().enumerate().filter(|(index, _)| index % 2 == 1) {
         input[11] = (index / 2 % 17) as f32 / 16.0;
@@ -199,8 +199,8 @@ pub fn leaf(transmitting: f64) -> Vec<Input> {
 /// Samples of a sum.
 pub const SAMPLES: usize = 4096;
 
-/// A white mirror of this roughness in a white furnace: from 16 views, from the axis to a cosine of 0.1, lights as its facets mirror them,
-/// evenly over the distribution of facets. With `out`, light and eye have changed places.
+/// Inputs of a white mirror of this roughness in a white furnace: 16 views, from the axis to a cosine of 0.1, with lights where the facets mirror
+/// them, evenly over the distribution of facets. `out` swaps light and eye.
 pub fn furnace(roughness: f64, out: bool) -> Vec<Input> {
     let alpha = roughness.max(0.01).powi(2);
     let mut rng = rng(roughness);

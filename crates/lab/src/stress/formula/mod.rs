@@ -18,7 +18,7 @@ use afterlight::gpu_scene::FrameUniform;
 
 /// Sixteen numbers with the meanings that the formula gives them, see `shaders/formulas.wgsl`.
 pub type Input = [f32; 16];
-/// Four numbers; those that a formula does not give are 0.
+/// Four numbers; 0 where a formula gives fewer.
 pub type FormulaOutput = [f32; 4];
 
 /// A function of the shaders, by its number in `shaders/formulas.wgsl`.
@@ -74,9 +74,9 @@ pub struct FormulaTruth {
 /// The rule by which outputs are held against the truth.
 #[derive(Debug, Clone, Copy)]
 pub enum Judge {
-    /// Each by itself; components may be negative (directions, positions) or not.
+    /// Each output by itself; components may be negative (directions, positions) or not.
     Each { truth: fn(&Input) -> FormulaTruth, signed: bool },
-    /// The weighted sums of so many successive outputs: all light that a lobe collects or sends out. `weight` is that of an input and its
+    /// The weighted sums of `of` successive outputs each: all light that a lobe collects or sends out. `weight` gives the weight of an input's
     /// output. No sum exceeds 1 by more than 1%, the accuracy of the sums themselves.
     Sums { of: usize, truth: fn(&Input) -> FormulaTruth, weight: fn(&Input) -> f64 },
     /// Light and eye change places from each input to the next: both reflect alike. Outputs are divided by `cosine`.
@@ -90,7 +90,7 @@ pub struct Trial {
     pub inputs: Vec<Input>,
     /// The names of an input's numbers, and how many each takes; others are left out.
     pub names: &'static [(&'static str, usize)],
-    /// For formulas that read it.
+    /// Frame data, for formulas that read it.
     pub frame: Option<FrameUniform>,
     pub judge: Judge,
     /// Takes the textbook's unstable formula in place of the renderer's: a test plants it to see that it is caught.

@@ -1,4 +1,4 @@
-//! Formulas in 64 bits: those of the reference, on the inputs of the shaders.
+//! The reference's formulas in 64 bits, on the inputs of the shaders.
 
 use std::f64::consts::PI;
 
@@ -107,7 +107,7 @@ pub fn grooves(input: &Input) -> FormulaTruth {
     let (normal, light, across) = (unit(input, 0), unit(input, 8), three(input, 12));
     let n_dot_l = normal.dot(light);
     let flat = (across - normal * normal.dot(across)).length();
-    // A direction near the normal's leaves the rounding of both as that of the grooves.
+    // If `across` is almost the normal, the direction of the grooves is little but rounding error.
     let held = n_dot_l >= HORIZON && normal.dot(unit(input, 4)) >= HORIZON && flat > 0.1 * across.length().max(0.1);
     if n_dot_l <= 0.0 {
         return of(DVec3::ZERO, DARK, held);
@@ -294,12 +294,12 @@ pub fn position(input: &Input) -> FormulaTruth {
     of(ray * (f64::from(NEAR) / one(input, 2)), 1e-9, true)
 }
 
-/// Width and height in pixels.
+/// Width and height of the picture in pixels.
 pub const PICTURE: [f64; 2] = [1920.0, 1080.0];
-/// Of the near plane, in metres.
+/// Distance of the near plane, in metres.
 pub const NEAR: f32 = 0.01;
 
-/// A power comes back unchanged, or no further off than that of a matt surface.
+/// A specular power that comes back unchanged. Errors are relative to the power, or to 1, a matt surface's, if that is larger.
 pub fn shininess(input: &Input) -> FormulaTruth {
     scalar(one(input, 0), 1.0)
 }

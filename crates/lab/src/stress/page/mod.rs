@@ -156,7 +156,7 @@ mod tests {
         assert!(page.contains("One is not as claimed") && page.contains("a &lt;device&gt;"));
         assert!(page.contains("what &lt;b&gt;is&lt;/b&gt; extreme") && page.contains("<svg"));
         assert_eq!(page.matches("data:image/png").count(), 3);
-        // Of the value that has one, and of the case.
+        // The worst input is printed for its value and for the case.
         let worst = "at roughness &lt;r&gt; 0.5, found 0.25 0.25 0.25 0.25, expected 1 1 1 1";
         assert_eq!(page.matches(&format!("errs most {worst}.")).count(), 1);
         assert_eq!(page.matches(&format!("worst {worst}<")).count(), 1);

@@ -193,8 +193,8 @@ fn one_of<'a>(texts: &[&'a str], random: &mut Rng) -> &'a str {
     texts[random.usize(..texts.len())]
 }
 
-/// A value that the setting may have, as text. Numbers stay near their defaults, and of those that are tried only the lower half is drawn: the others take
-/// most of the time and of the memory.
+/// A value that the setting may have, as text. Numbers stay near their defaults. Only the lower half of a setting's `tried` values is drawn: the
+/// others take most of the time and of the memory.
 fn value(setting: &Setting, random: &mut Rng) -> String {
     if !setting.tried.is_empty() {
         return one_of(&setting.tried[..setting.tried.len().div_ceil(2)], random).to_owned();

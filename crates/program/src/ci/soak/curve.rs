@@ -1,5 +1,5 @@
-//! Judges the samples of a soak or of a storm of resizes: the median of a quarter of the samples near the start is compared with that of the last
-//! quarter, so that single samples say nothing. Objects and their memory, which this program counts itself, may not exceed the first sample either.
+//! Judges the samples of a soak or of a storm of resizes: the median of a quarter of the samples near the start is compared with the last quarter's,
+//! so that single samples say nothing. Objects and their memory, which this program counts itself, may not exceed the first sample either.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -69,8 +69,8 @@ struct GrowthBound {
     text: fn(f64) -> String,
 }
 
-/// Allocators, the system's and a driver's compiler keep memory that they have taken: theirs gets some slack. Objects and their memory are counted by
-/// this program, and have no slack but that of buffers which have grown with their contents.
+/// The system's allocator and a driver's compiler keep memory that they have taken, so they get some slack. This program counts objects and their
+/// memory itself: only buffers that have grown with their contents get slack.
 const BOUNDS: [GrowthBound; 7] = [
     GrowthBound {
         what: "resident memory",

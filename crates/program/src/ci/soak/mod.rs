@@ -1,7 +1,8 @@
-//! A soak: one renderer draws for long while settings, lights, objects and the camera change at random, and comes home now and then, to the case's own
-//! scene and settings. Memory, handles and time are compared there, where nothing but its past differs. The run has several laps of the same changes: heaps are as
-//! large as their greatest load, and drivers keep what they have compiled, so that the first lap grows as long as it meets something new, and the others
-//! meet nothing new.
+//! A soak: one renderer draws for long while settings, lights, objects and the camera change at random. Now and then it comes home, to the case's own
+//! scene and settings, where memory, handles and time are compared: there nothing but the renderer's past differs.
+//!
+//! The run has several laps of the same changes. Heaps keep the size of their greatest load, and drivers keep compiled code, so only the first lap
+//! meets anything new and may grow.
 
 mod changes;
 pub mod curve;
@@ -30,11 +31,11 @@ const LEAST_FRAMES: u32 = 25;
 /// Frames of each sample; the fastest of them gives the time of a frame.
 const TIMED_FRAMES: u32 = 8;
 
-/// After so many frames in a row that each take so long, everything is as at home again: a CPU may need seconds for a frame that a GPU draws at once.
+/// Frames in a row that must each take longer than `SLOW` until everything goes home: a CPU may need seconds for a frame that a GPU draws at once.
 const SLOW_FRAMES: u32 = 3;
 const SLOW: Duration = Duration::from_millis(200);
 
-/// Draws so many frames, and judges the curve.
+/// Draws the frames of the soak, and judges the curve.
 pub fn soak(
     soak: &Soak,
     context: &CaseContext,

@@ -34,7 +34,7 @@ fn cloth(size: [f64; 2], folds: f64, depth: f64, gather: f64) -> MeshBuilder {
     mesh
 }
 
-/// In every other arch, behind the columns, drawn to one side.
+/// Curtains in every other arch, behind the columns, drawn to one side.
 fn curtains(hall: &mut Hall) {
     let bays = hall.bay_frames();
     let iron = hall.surfaces.iron;
@@ -55,7 +55,7 @@ fn curtains(hall: &mut Hall) {
     }
 }
 
-/// Over the gallery's edge at each pier but the first and the last.
+/// Banners over the gallery's edge, at each pier but the first and the last.
 fn banners(hall: &mut Hall) {
     let piers = hall.pier_frames();
     let (fabrics, bays) = (hall.surfaces.fabrics, hall.bays);

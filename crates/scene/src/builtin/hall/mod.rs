@@ -31,7 +31,7 @@ pub(super) const HALL: Builtin = Builtin {
 /// Length of a bay; the nave is two bays wide between the axes of its columns.
 const BAY: f64 = 3.6;
 const NAVE_HALF: f64 = BAY;
-/// From the axis of the arcade to the outer wall.
+/// Distance from the axis of the arcade to the outer wall.
 const AISLE: f64 = 3.55;
 /// Half the thickness of the lower arcade.
 const WALL_HALF: f64 = 0.35;

@@ -103,7 +103,7 @@ fn plain(stage: &mut SceneBuilder, name: &str, base_color: Vec3, roughness: f32)
     stage.material(Material { name: name.into(), base_color, roughness, ..Material::default() })
 }
 
-/// Ashlar: two blocks by four courses, each of its own shade, with weathered edges.
+/// Ashlar: two blocks by four courses in different shades, with weathered edges.
 fn stone(u: f32, v: f32) -> Texel {
     let wobble = (fractal(u, v, 8, 3, 3) - 0.5) * 0.01;
     let (edge, column, row) = bricks(u + wobble, v + wobble, 2, 4);

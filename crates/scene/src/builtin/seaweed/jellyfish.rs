@@ -73,7 +73,7 @@ fn channels(own: usize, skin: usize) -> Vec<Channel> {
     };
     let each =
         |target, values: Vec<f64>, interpolation| Channel { target, times: times.clone(), values, interpolation };
-    // Without slopes at the keys a cubic eases in and out.
+    // A cubic with slopes of 0 at the keys eases in and out.
     let eased = |values: Vec<f64>| values.into_iter().flat_map(|value| [0.0, value, 0.0]).collect();
     let light = ChannelTarget::Light(0, LightValue::Intensity);
     let glow = ChannelTarget::Material(skin, MaterialValue::EmissiveStrength);
@@ -98,12 +98,12 @@ fn mesh() -> Mesh {
     mesh
 }
 
-/// The same vertices for every stroke, from 0 for open to 1 for drawn together.
+/// A jellyfish at this stroke, from 0 for open to 1 for drawn together. Every stroke has the same vertices.
 fn shaped(stroke: f64) -> MeshBuilder {
     let mut mesh = MeshBuilder::new();
     mesh.grid_smooth([48, 20], |u, v| {
         let (sin, cos) = (u * TAU).sin_cos();
-        // From the rim, which curls in, up to the top.
+        // The angle goes from the rim, which curls in, up to the top.
         let angle = FRAC_PI_2 * (1.0 - v) * 1.25 + 0.004;
         let frill = 0.03 * (12.0 * u * TAU).cos() * (1.0 - v).powi(3);
         let radius = (0.46 - 0.13 * stroke * (1.0 - v)) * (angle.sin() + frill);

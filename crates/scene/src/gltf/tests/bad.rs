@@ -8,7 +8,7 @@ use super::{GltfBuilder, push};
 use crate::Imported;
 use crate::gltf::{GltfOptions, load};
 
-/// Two triangles, each with a mesh and a node of its own. The tests make parts of the first one bad.
+/// Two triangles, each with a separate mesh and node. The tests make parts of the first one bad.
 fn beside() -> GltfBuilder {
     let mut file = GltfBuilder::triangle();
     let position = file.floats("VEC3", &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]);
@@ -18,7 +18,7 @@ fn beside() -> GltfBuilder {
     file
 }
 
-/// Reads a file. Asserts how many objects are drawn, and that a warning has these words.
+/// Reads a file. Asserts the number of drawn objects, and that a warning contains these words.
 fn drawn(file: &GltfBuilder, objects: usize, words: &str) -> Imported {
     let found = file.read();
     assert!(found.warnings.iter().any(|warning| warning.contains(words)), "{words}: {:?}", found.warnings);
@@ -70,7 +70,7 @@ fn a_bad_part_is_left_out_by_name_and_all_else_is_drawn() {
         let mut file = beside();
         change(&mut file.json);
         drawn(&file, objects, words);
-        // Alone, the fault says why nothing is drawn.
+        // If it is the only part, the fault explains why nothing is drawn.
         let mut file = GltfBuilder::triangle();
         change(&mut file.json);
         if objects == 1 {
@@ -82,7 +82,7 @@ fn a_bad_part_is_left_out_by_name_and_all_else_is_drawn() {
 #[test]
 fn faults_of_many_primitives_are_one_line() {
     let mut file = beside();
-    // Equal ones would be one mesh.
+    // Equal primitives would become one mesh.
     let bad: Vec<Value> = (0..30).map(|accessor| json!({"attributes": {"NORMAL": accessor}})).collect();
     file.json["meshes"][0]["primitives"] = json!(bad);
     let found = drawn(&file, 1, "mesh 0, primitive 0: has no POSITION: left out, and 29 more like it");
@@ -94,7 +94,7 @@ fn a_buffer_that_is_too_short_gives_what_it_has() {
     let mut file = beside();
     file.json["buffers"] = json!([{"byteLength": 1000}]);
     drawn(&file, 2, "buffer 0: should have 1000 bytes, but only 72 are there");
-    // The good triangle lies before the end, and of the other's vertices two.
+    // The good triangle's data and two of the other's vertices lie before the cut.
     file.json["accessors"].as_array_mut().expect("a list").swap(0, 1);
     file.bytes.truncate(60);
     file.json["buffers"] = json!([{"byteLength": 72}]);
@@ -198,7 +198,7 @@ fn a_uri_that_leads_out_is_refused_and_data_is_read() {
     );
 }
 
-/// A file with something of everything.
+/// A file that uses every feature.
 fn whole() -> Vec<u8> {
     let mut file = GltfBuilder::triangle();
     let more = file.floats("VEC3", &[0.0, 0.0, 4.0, 0.0, 0.0, 4.0, 0.0, 0.0, 0.0]);
@@ -230,7 +230,7 @@ fn whole() -> Vec<u8> {
     file.glb()
 }
 
-/// Reads bytes, which may be anything.
+/// Reads arbitrary bytes.
 fn survives(bytes: &[u8]) -> bool {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("x.glb");

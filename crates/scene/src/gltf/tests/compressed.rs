@@ -1,4 +1,4 @@
-//! Compressed geometry and textures, as the encoders of others make them.
+//! Compressed geometry and textures, made by other encoders.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -23,7 +23,7 @@ fn place(vertex: usize) -> Vec3 {
     Vec3::new(x, y, x * y / 8.0)
 }
 
-/// A grid compressed by Draco; its accessors have no views of their own.
+/// A grid compressed by Draco; its accessors have no buffer views.
 fn dracoed(data: &str) -> GltfBuilder {
     let mut file = GltfBuilder::new();
     let view = file.view(&bytes(data));
@@ -82,7 +82,7 @@ fn draco_data_that_is_wrong_is_an_error() {
     assert!(file.error().contains("cannot be decompressed"), "{}", file.error());
 }
 
-/// A view that is compressed, and falls back to a buffer that is not there.
+/// A compressed view with a fallback buffer that does not exist.
 fn packed(file: &mut GltfBuilder, data: &str, (count, stride): (usize, usize), mode: &str, filter: &str) -> usize {
     let data = bytes(data);
     let view = file.view(&data);
@@ -120,7 +120,7 @@ fn meshopted() -> GltfBuilder {
 #[test]
 fn meshopt_gives_the_grid_that_went_in() {
     let mesh = meshopted().read().meshes.remove(0);
-    // A triangle may begin at another of its corners.
+    // Decoding may rotate a triangle's corners.
     assert_eq!(mesh.indices[..6], [0, 1, 5, 5, 1, 6]);
     for vertex in 0..GRID {
         let angle = vertex as f32 / 5.0;
@@ -228,7 +228,7 @@ proptest! {
             }
             bytes
         };
-        // Their own checks, without the net under them.
+        // Calls the decoders directly, so that their own checks are tested without the outer safety net.
         for data in [encoded::EDGEBREAKER, encoded::SEQUENTIAL] {
             let _ = draco::decode_checked(&changed(data));
         }

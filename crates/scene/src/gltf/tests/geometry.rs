@@ -1,4 +1,4 @@
-//! Attributes, indices and what is made of them.
+//! Attributes and indices, and the meshes that are made of them.
 
 use glam::{DVec3, Vec3};
 use serde_json::json;
@@ -66,7 +66,7 @@ fn all_modes_are_triangles_or_strokes() {
     };
     assert_eq!(ends(meshes[0])[1], [corners[1]; 2]);
     assert_eq!(ends(meshes[2]), [[0, 1], [1, 2], [2, 3], [3, 0]].map(|own| own.map(|end: usize| corners[end])));
-    // Without normals they are unlit, and a line of a pixel has no width that a shadow could have.
+    // Points and lines without normals are unlit, and a one-pixel line has no width that could cast a shadow.
     let is_unlit = |own: &Object| found.materials[own.material].unlit;
     assert_eq!(found.objects.iter().map(is_unlit).collect::<Vec<_>>(), [true, true, true, true, false, false, false]);
     assert!(found.objects[..4].iter().all(|own| own.casts_shadow == CastsShadow::No));
@@ -273,7 +273,7 @@ fn a_skin_whose_joints_stand_still_is_hung_on_them() {
     let found = hung().read();
     assert!(found.motion.is_empty() && found.meshes[0].influences.is_none() && found.objects[0].skin.is_none());
     let place = |vertex| place(&found.meshes[0], vertex);
-    // Joints see the mesh, whose own node does not count.
+    // Joints place the mesh; its own node is ignored.
     assert_eq!(
         (place(0), place(1), place(2)),
         (DVec3::new(0.0, 0.0, 2.0), DVec3::new(1.0, 5.0, 2.0), DVec3::new(0.0, 11.0, 2.0))
@@ -288,7 +288,7 @@ fn joints_that_mirror_leave_fronts_in_front() {
     let (mesh, transform) = (&found.meshes[0], found.objects[0].transform);
     let corners = [0, 1, 2].map(|vertex| transform.transform_point3(place(mesh, vertex)));
     assert_eq!(corners, [DVec3::new(0.0, 0.0, 2.0), DVec3::new(1.0, 5.0, 2.0), DVec3::new(0.0, 11.0, 2.0)]);
-    // The object mirrors, so that the side that the triangle shows is that of its normal, here the other one along z.
+    // The object mirrors, so the triangle's front lies along its normal, which is here reversed along z.
     assert!(transform.matrix3.determinant() < 0.0);
     assert_eq!(transform.matrix3 * Vec3::from(mesh.normals[0]).as_dvec3(), DVec3::NEG_Z);
 }

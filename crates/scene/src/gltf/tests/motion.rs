@@ -1,4 +1,4 @@
-//! Clips move what they name, and nothing else keeps a trace of them.
+//! Clips move only their targets; parts that no clip moves keep no trace of it.
 
 use serde_json::{Value, json};
 
@@ -13,7 +13,7 @@ fn animate(file: &mut GltfBuilder, target: Value, kind: &str, values: &[f32]) {
     push(&mut file.json["animations"], animation);
 }
 
-/// A root that moves, a triangle below it, one beside it, a light and a camera below it.
+/// A moving root with a triangle, a light and a camera below it, and a triangle beside it.
 fn moving() -> GltfBuilder {
     let mut file = GltfBuilder::triangle();
     file.json["scenes"][0]["nodes"] = json!([0, 2]);
@@ -56,7 +56,7 @@ fn what_moves_with_nothing_below_leaves_no_trace() {
     assert!(found.motion.is_empty() && found.warnings.is_empty(), "{:?}", found.warnings);
 }
 
-/// A triangle that a channel of these keys moves, and the channel, if any is left.
+/// A triangle that a channel with these keys moves, and the channel, if any is left.
 fn keyed(path: &str, kind: &str, times: &[f32], values: &[f32]) -> (Option<Channel>, Vec<String>) {
     let mut file = GltfBuilder::triangle();
     animate(&mut file, json!({"node": 0, "path": path}), kind, values);
@@ -88,7 +88,7 @@ fn bad_channels_are_left_out_by_name() {
 fn the_other_keys_play_where_one_cannot() {
     const NAN: f32 = f32::NAN;
     let jump = 1.0f64.next_up();
-    // Values are ten times the number of their key.
+    // Each value is ten times the number of its key.
     for (times, kept, played) in [
         (&[0.0, 1.0, NAN][..], &[0, 1][..], &[0.0, 1.0][..]),
         (&[NAN, 1.0, 2.0], &[1, 2], &[1.0, 2.0]),
@@ -167,7 +167,7 @@ fn animate_material(file: &mut GltfBuilder, to: &str, kind: &str, values: &[f32]
     animate(file, json!({"path": "pointer", "extensions": {"KHR_animation_pointer": pointer}}), kind, values);
 }
 
-/// A file with this material, whose value a pointer moves, and the channel of it.
+/// A file with this material, a value of which a pointer moves, and that channel.
 fn moved(material: Value, (to, kind, values): (&str, &str, &[f32])) -> (Imported, Channel) {
     let mut file = GltfBuilder::triangle();
     file.json["materials"] = json!([material]);
@@ -290,7 +290,7 @@ fn a_skin_that_cannot_be_and_a_joint_too_many_are_left_out() {
     assert!(found.warnings.iter().any(|own| own.contains(words)), "{:?}", found.warnings);
 }
 
-/// The skinned triangle, whose vertices hang on the second joint by the last of twelve weights alone, by as much.
+/// The skinned triangle. Of each vertex's twelve weights only the last, `last`, is on the second joint.
 fn of_twelve(last: f32) -> GltfBuilder {
     let mut file = skinned();
     let share = (1.0 - last) / 11.0;
@@ -314,7 +314,7 @@ fn the_heaviest_of_twelve_joints_move_a_vertex() {
     assert!((of_second - expected).abs() < 1e-6, "{of_second}");
     let words = "3 vertices hang on more than 8 joints, of which the heaviest move them; vertex 0 loses the most, 3.6%";
     assert!(found.warnings.iter().any(|warning| warning.contains(words)), "{:?}", found.warnings);
-    // Where only the last set has weights, nothing is lost.
+    // If only the last set has weights, nothing is lost.
     let found = of_twelve(1.0).read();
     assert_eq!(found.warnings, Vec::<String>::new());
     let own = found.meshes[0].influences.as_ref().expect("joints");

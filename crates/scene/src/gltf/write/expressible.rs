@@ -1,4 +1,5 @@
-//! The part of a scene that glTF can say with this program's extras beside it, as a scene: still, lit by punctual lights alone, of the metallic-roughness materials that the reader knows.
+//! Reduces a scene to the part that glTF, with this program's extras, can express: still, lit by punctual lights only, with the metallic-roughness
+//! materials that the reader supports.
 
 use glam::Vec3;
 
@@ -10,7 +11,8 @@ use crate::{
 
 /// The widest cone of KHR_lights_punctual, from its axis.
 const WIDEST_DEGREES: f64 = 90.0;
-/// Cones open from their inner angle to their outer one, which has to be larger. No formula tells so small a difference from none.
+/// The ratio to which inner angles are lowered: cones open from their inner to their outer angle, which has to be larger. No formula distinguishes so
+/// small a difference from none.
 const NARROWER: f64 = 1.0 - 1e-9;
 
 /// The scene without the parts that glTF lacks, and a line for each kind of thing that is left out or simplified.
@@ -29,7 +31,7 @@ pub(super) fn expressible(scene: Scene) -> (Scene, Vec<String>) {
     (scene, left_out)
 }
 
-/// Adds a line where something is so.
+/// Adds a line about left-out parts, unless their count is 0.
 pub(super) fn tell(left_out: &mut Vec<String>, count: usize, what: &str, words: &str) {
     match count {
         0 => {}
@@ -70,7 +72,7 @@ fn objects(scene: &mut Scene, left_out: &mut Vec<String>) {
     let (mut unshadowed, mut cells) = (0, 0);
     for object in &mut scene.objects {
         let is_coat = scene.materials.get(object.material).is_some_and(surfaces::is_coat);
-        // Points and lines cast none.
+        // Points and lines cast no shadow.
         let is_strokes = meshes.get(object.mesh).is_some_and(|mesh| mesh.is_strokes);
         let casts = if is_coat || is_strokes { CastsShadow::No } else { CastsShadow::Yes };
         unshadowed += usize::from((object.casts_shadow != casts && !is_coat) || !object.receives_shadow);
@@ -85,7 +87,7 @@ fn objects(scene: &mut Scene, left_out: &mut Vec<String>) {
     tell(left_out, cells, "object", "cells of atlases and selections are left out");
 }
 
-/// Gives an object a material of its own colour.
+/// Gives an object a separate material, tinted by its look.
 fn tint(object: &mut Object, look: &Look, materials: &mut Vec<Material>) {
     let Some(own) = materials.get(object.material) else { return };
     let tinted = Material { base_color: own.base_color * look.tint, ..own.clone() };
@@ -101,7 +103,7 @@ fn lights(lights: &mut Vec<Light>, left_out: &mut Vec<String>) {
     tell(left_out, before - lights.len(), "beam", "parallel light from a disc is left out");
     let (mut other, mut wide) = (0, 0);
     for light in lights {
-        // Channels of a colour are from 0 to 1 there. A power of 2 moves between the two factors without rounding.
+        // glTF limits the channels of a colour to 0 to 1. Moving a power of 2 between the two factors rounds nothing.
         let share = power_of_two_above(light.color.max_element());
         if share > 1.0 && (light.intensity * share).is_finite() {
             (light.color, light.intensity) = (light.color / share, light.intensity * share);
@@ -121,7 +123,7 @@ fn lights(lights: &mut Vec<Light>, left_out: &mut Vec<String>) {
     tell(left_out, wide, "spot light", "cones wider than 90 degrees from their axis end there");
 }
 
-/// Makes a fall-off glTF's only one. Returns true if it was another.
+/// Replaces a fall-off by the only one that glTF has. Returns true if it was another.
 fn take(falloff: &mut Falloff) -> bool {
     std::mem::replace(falloff, Falloff::InverseSquare) != Falloff::InverseSquare
 }
@@ -136,7 +138,7 @@ pub(super) fn power_of_two_above(value: f32) -> f32 {
     if power < value { 2.0 * power } else { power }
 }
 
-/// The camera that the scene is seen through comes first, as a bare file is seen through its first.
+/// Lists the scene's camera first: a bare file is viewed through its first camera.
 fn cameras(scene: &mut Scene) {
     let own = scene.cameras.iter().position(|own| own.camera == scene.camera);
     let name = own.map_or_else(|| "camera".to_owned(), |own| scene.cameras.remove(own).name);
@@ -171,7 +173,7 @@ fn used(scene: &mut Scene) {
     scene.meshes.iter_mut().for_each(|mesh: &mut Mesh| mesh.levels = Default::default());
 }
 
-/// The kept entries of a list, in the order in which they are first asked for.
+/// The kept entries of a list, in the order of their first use.
 struct Compaction<T> {
     list: Vec<Option<T>>,
     numbers: Vec<Option<usize>>,
@@ -184,7 +186,7 @@ impl<T> Compaction<T> {
         Self { numbers: vec![None; list.len()], list, order: Vec::new() }
     }
 
-    /// Returns the new number of the entry with this one. It exists, as the scene was checked.
+    /// Keeps an entry, and returns its new number. The entry exists, since the scene was checked.
     fn keep(&mut self, index: usize) -> usize {
         *self.numbers[index].get_or_insert_with(|| {
             self.order.push(index);

@@ -1,4 +1,4 @@
-//! Materials of metallic-roughness and of the extensions that are drawn, so that the reader finds the same factors to the last bit.
+//! Writes metallic-roughness materials, with the extensions that are drawn, so that the reader finds the same factors to the last bit.
 
 use std::collections::HashMap;
 
@@ -13,13 +13,13 @@ use crate::{
     ThinFilm, UvMap,
 };
 
-/// A material, and the coat that lies on it: by their numbers in the scene.
+/// A material and the coat on it, by their indices in the scene.
 pub(super) type CoatedMaterial = (usize, Option<usize>);
 
 /// The materials of a file.
 pub(super) struct MaterialTable {
     numbers: HashMap<CoatedMaterial, usize>,
-    /// By object: the material that it wears; `None` for a coat, which is a part of the object before it.
+    /// The material that each object wears; `None` for a coat, which is a part of the object before it.
     pub worn: Vec<Option<CoatedMaterial>>,
 }
 
@@ -50,7 +50,7 @@ impl MaterialTable {
         Ok(Self { numbers, worn })
     }
 
-    /// The number in the file of a worn material.
+    /// The number of a worn material in the file.
     pub fn number(&self, worn: CoatedMaterial) -> Option<usize> {
         self.numbers.get(&worn).copied()
     }
@@ -59,7 +59,7 @@ impl MaterialTable {
 struct Writer<'a, 'b> {
     scene: &'a Scene,
     document: &'b mut DocumentBuilder,
-    /// By number of the file's list of textures.
+    /// The texture forms that materials ask for, in the order of the file's textures.
     asked: Vec<TextureForm>,
 }
 
@@ -117,7 +117,7 @@ impl Writer<'_, '_> {
         json["extensions"][self.document.uses(extension)] = content;
     }
 
-    /// Writes its emission, in nits: a colour from 0 to 1 times a power of 2, which rounds nothing.
+    /// Writes the emission in nits: a colour from 0 to 1 times a power of 2, which rounds nothing.
     fn emission(&mut self, json: &mut Value, material: &Material) {
         if !material.is_emissive() {
             return;
@@ -129,10 +129,10 @@ impl Writer<'_, '_> {
         }
     }
 
-    /// The reflectances of a dielectric: strength is the one at grazing incidence; the index of refraction and a colour make of it the one straight
-    /// on (KHR_materials_ior, KHR_materials_specular).
+    /// The reflectances of a dielectric. The strength is the one at grazing incidence; the index of refraction and a colour give the one at normal
+    /// incidence (KHR_materials_ior, KHR_materials_specular).
     fn reflectance(&mut self, json: &mut Value, material: &Material) {
-        // Glass says its own index of refraction.
+        // Glass has its own index of refraction.
         let glass = material.refraction.map(|own| f64::from(own.ior)).filter(|own| *own != 1.5);
         if !(material.has_reflectance() || glass.is_some()) || material.unlit {
             return;
@@ -150,7 +150,7 @@ impl Writer<'_, '_> {
         }
         let is_told = (usual && glass.is_none()) || most == 0.0;
         let color = if is_told { glam::DVec3::ONE } else { straight / most };
-        // The reflectance of an index of refraction was rounded.
+        // The reflectance computed from an index of refraction was rounded.
         let color = if color.abs_diff_eq(glam::DVec3::ONE, 1e-6) { glam::DVec3::ONE } else { color };
         let mut specular = json!({});
         if strength != 1.0 {

@@ -1,11 +1,11 @@
 //! A scene as glTF 2.0: one `.glb` that other programs read, with its meshes, materials, textures, camera and lights.
 //!
-//! [`expressible`](expressible::expressible) makes of a scene what glTF can say, and tells what it leaves out. The rest of the module writes that
-//! without loss: floats keep their bits, transforms their f64, and this program reads the same scene back.
+//! [`expressible`](expressible::expressible) reduces a scene to the parts that glTF can express, and lists the parts that it leaves out. The rest of
+//! the module writes the reduced scene without loss: floats keep their bits, transforms their f64, and this program reads the same scene back.
 //!
 //! | Part of the file | Module |
 //! |---|---|
-//! | what glTF can say of a scene | `expressible`, `surfaces` |
+//! | the part of a scene that glTF can express | `expressible`, `surfaces` |
 //! | buffer views, accessors, the binary chunk | `binary` |
 //! | meshes, objects, cameras, lights | `nodes`, `placing` |
 //! | materials, textures, images | `materials`, `images` |
@@ -35,9 +35,9 @@ use crate::{Environment, Error, SETTINGS, Scene, SettingsPatch, drop_fitted_ligh
 /// The picture's data in the file, besides the scene.
 #[derive(Debug, Clone)]
 pub struct ExportedView {
-    /// Width and height in pixels; both at least 1.
+    /// Width and height in pixels, both at least 1.
     pub size: [u32; 2],
-    /// EV100.
+    /// The exposure as EV100.
     pub exposure: f32,
     /// All given settings.
     pub settings: SettingsPatch,
@@ -45,20 +45,21 @@ pub struct ExportedView {
     pub copyright: Option<String>,
 }
 
-/// A scene that was written.
+/// The result of writing a scene.
 #[derive(Debug)]
 pub struct Exported {
     /// The `.glb`.
     pub bytes: Vec<u8>,
-    /// The scene that it holds.
+    /// The scene that the file contains.
     pub scene: Scene,
-    /// The parts of the given scene that glTF cannot say, a line each.
+    /// The parts of the given scene that glTF cannot express, a line each.
     pub left_out: Vec<String>,
     /// The extensions in use, by name.
     pub extensions: Vec<&'static str>,
 }
 
-/// Writes a scene as it is when no clip has begun. Particles, skies, ambient light and other parts that glTF lacks are left out, with a line each.
+/// Writes a scene at the start of its clips, without motion. Particles, skies, ambient light and other parts that glTF lacks are left out, with a
+/// line each.
 ///
 /// # Errors
 /// [`Error::Scene`] for a fault of the scene, for a picture without pixels, for a scene without a triangle, and for one that is too large for a `.glb`.
@@ -70,7 +71,7 @@ pub fn write(scene: Scene, shot: &ExportedView) -> Result<Exported, Error> {
             scene.name, shot.size[0], shot.size[1]
         )));
     }
-    // Whoever opens the file fits light to it again.
+    // Any program that opens the file fits light again.
     let mut scene = scene;
     let is_fitted = drop_fitted_light(&mut scene);
     let is_dark = !is_fitted && scene.lights.is_empty() && scene.sky.is_none();
@@ -86,7 +87,7 @@ pub fn write(scene: Scene, shot: &ExportedView) -> Result<Exported, Error> {
     NodeWriter { scene: &scene, materials: &materials, aspect: f64::from(shot.size[0]) / f64::from(shot.size[1]) }
         .write(&mut document, json!({ "afterlight": exposure(shot) }));
     let bytes = document.finish(shot, surroundings).map_err(|what| Error::Scene(format!("{}: {what}", scene.name)))?;
-    // A reader makes smaller levels itself, whichever there were.
+    // A reader makes the smaller levels itself, so the returned scene gets the same ones.
     scene.textures.par_iter_mut().for_each(|texture| {
         texture.rgba8_mut();
         texture.make_levels();
@@ -119,7 +120,7 @@ impl DocumentBuilder {
         }
     }
 
-    /// An extension that is used: its name.
+    /// Registers a used extension, and returns its name.
     fn uses(&mut self, extension: &'static str) -> &'static str {
         self.extensions.insert(extension);
         extension
@@ -151,8 +152,8 @@ fn exposure(shot: &ExportedView) -> Value {
     json!({ "exposure_ev100": number(shot.exposure), "exposure_scale": number(exposure_scale(shot.exposure)) })
 }
 
-/// The exposure, and everything else that glTF has no property for, as [`surroundings`](super::surroundings) reads it. A scene without light says that
-/// it is meant to be dark, or a reader would light it.
+/// The exposure, and all other values that glTF has no property for, as [`surroundings`](super::surroundings) reads them. A scene without light is
+/// marked as intentionally dark, since a reader would light it otherwise.
 fn extras(shot: &ExportedView, environment: &Environment, is_dark: bool) -> Value {
     let color = |color: glam::Vec3| color.to_array().map(number);
     let mut extras = exposure(shot);
@@ -175,7 +176,7 @@ fn extras(shot: &ExportedView, environment: &Environment, is_dark: bool) -> Valu
     json!({ "afterlight": extras })
 }
 
-/// A float as JSON, with as few digits as read back as the same float.
+/// A float as JSON, with the fewest digits that are read back as the same float.
 fn number(value: f32) -> Value {
     let short = value.to_string().parse::<f64>().ok().filter(|short| *short as f32 == value);
     json!(short.unwrap_or(f64::from(value)))

@@ -1,20 +1,20 @@
-//! Transforms of nodes, in the fewest numbers that lose nothing.
+//! Transforms of nodes, written with the fewest numbers that keep them exact.
 
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
 use nalgebra::{Matrix3, SVD};
 use serde_json::{Value, json};
 
-/// Cosine of the least angle off the square by which axes are skewed. Validators allow 5e-5.
+/// The cosine of the smallest deviation from a right angle at which axes count as skewed. Validators allow 5e-5.
 const SKEWED: f64 = 1e-6;
 
-/// The keys of a node's transform in its parent: those of one node, or of two, the second in the first.
+/// The JSON keys of a node's transform in its parent, as one node or as two nested ones.
 pub(super) enum Placing {
     One(Value),
     Two(Value, Value),
 }
 
-/// Returns the keys of a transform. A translation is written as one, a transform that keeps axes square as a matrix. A skewed one is not allowed in a
-/// node (glTF 2.0, "Transformations"): as a rotation in a scale in a rotation it takes two.
+/// Returns the keys of a transform. A pure translation is written as a translation, a transform that keeps axes square as a matrix. A node's matrix
+/// must not be skewed (glTF 2.0, "Transformations"), so a skewed transform takes two nodes: a rotation in a scale in a rotation.
 pub(super) fn placing(transform: &DAffine3) -> Placing {
     let DAffine3 { matrix3, translation } = *transform;
     if matrix3 == DMat3::IDENTITY {
@@ -31,12 +31,12 @@ pub(super) fn placing(transform: &DAffine3) -> Placing {
     Placing::Two(parent, json!({ "rotation": inner.to_array() }))
 }
 
-/// A place, and a direction that -Z is turned to.
+/// A position, and the rotation that turns -Z to a direction.
 pub(super) fn aimed(place: DVec3, direction: DVec3) -> Value {
     turned(place, DQuat::from_rotation_arc(DVec3::NEG_Z, direction))
 }
 
-/// A place and a rotation of length 1.
+/// A position and a rotation of length 1.
 pub(super) fn turned(place: DVec3, rotation: DQuat) -> Value {
     let mut keys = translated(place);
     if rotation != DQuat::IDENTITY {
@@ -49,10 +49,10 @@ fn translated(place: DVec3) -> Value {
     if place == DVec3::ZERO { json!({}) } else { json!({ "translation": place.to_array() }) }
 }
 
-/// A linear map as a rotation in a scale in a rotation, whose signs make both rotations proper.
+/// Decomposes a linear map into a rotation in a scale in a rotation, with signs that make both rotations proper.
 fn singular_values(matrix: &DMat3) -> (DQuat, DVec3, DQuat) {
     let columns = matrix.to_cols_array();
-    // Scaled to its own size: squares of very large or small numbers would be lost.
+    // Normalized by its largest element: squares of very large or small numbers would overflow or underflow.
     let size = columns.iter().fold(0.0f64, |most, value| most.max(value.abs())).max(f64::MIN_POSITIVE);
     let SVD { u, v_t, singular_values } =
         Matrix3::from_column_slice(&columns.map(|value| value / size)).svd(true, true);

@@ -1,4 +1,4 @@
-//! Materials as glTF can say them: metallic-roughness, with the extensions that the reader draws.
+//! Materials in the form that glTF can express: metallic-roughness, with the extensions that the reader draws.
 
 use std::collections::{BTreeSet, HashMap};
 
@@ -14,7 +14,7 @@ pub(super) fn is_coat(material: &Material) -> bool {
     material.alpha_mode == AlphaMode::Coat
 }
 
-/// Makes each material one that the writer has words for.
+/// Changes each material to one that the writer can express.
 pub(super) fn express(scene: &mut Scene, left_out: &mut Vec<String>) {
     let before = scene.objects.len();
     drop_lone_coats(scene);
@@ -23,7 +23,7 @@ pub(super) fn express(scene: &mut Scene, left_out: &mut Vec<String>) {
     let (mut phong, mut atlases, mut glass, mut faded) = (0, 0, 0, 0);
     let textures = &mut scene.textures;
     for (_, material) in scene.materials.iter_mut().enumerate().filter(|(index, _)| worn.contains(index)) {
-        // The reader merges a texture of transmission into the colour's alpha, which glTF does not read of glass.
+        // The reader merges a transmission texture into the colour's alpha, which glTF ignores for glass.
         let color = material.texture(TextureSlot::BaseColor).filter(|_| material.alpha_mode == AlphaMode::Glass);
         if color.is_some_and(|index| textures[index].rgba8_mut().chunks_exact(4).any(|texel| texel[3] < 255)) {
             material.alpha_mode = AlphaMode::Blend;
@@ -53,9 +53,9 @@ pub(super) fn express(scene: &mut Scene, left_out: &mut Vec<String>) {
     tell(left_out, atlases, "material", "the whole atlas is shown in place of a cell");
 }
 
-/// Writes another reflection model by the formulas of glTF's. Returns true if the two are only alike.
+/// Replaces another reflection model by glTF's. Returns true if the result is only an approximation.
 fn model(material: &mut Material) -> bool {
-    // The other models have no lobe beside their own.
+    // The other models have no additional lobes.
     if material.brdf != Brdf::CookTorrance {
         (material.sheen, material.film) = (Sheen::NONE, ThinFilm::NONE);
         (material.anisotropy, material.refraction) = (Anisotropy::NONE, None);
@@ -66,7 +66,7 @@ fn model(material: &mut Material) -> bool {
         // A dielectric that reflects nothing at any angle is a lambert surface, exactly (KHR_materials_specular).
         Brdf::Lambert => (material.metallic, material.reflectance, material.grazing) = (0.0, Vec3::ZERO, 0.0),
         Brdf::Phong | Brdf::BlinnPhong => {
-            // Ns of (N.H)^Ns for the alpha of a GGX lobe: alpha^2 = 2 / (Ns + 2) (B. Walter et al., "Microfacet Models for Refraction through
+            // Converts Ns of (N.H)^Ns to the alpha of a GGX lobe: alpha^2 = 2 / (Ns + 2) (B. Walter et al., "Microfacet Models for Refraction through
             // Rough Surfaces", 2007). (R.E)^n is about (N.H)^(4 n).
             let ns = if material.brdf == Brdf::Phong { 4.0 * material.shininess } else { material.shininess };
             let alpha = (2.0 / (f64::from(ns) + 2.0)).sqrt();
@@ -83,7 +83,7 @@ fn model(material: &mut Material) -> bool {
     true
 }
 
-/// Changes a material into the one that the reader makes of its glTF.
+/// Changes a material to the form that the reader makes from its glTF.
 fn normal_form(material: &mut Material) {
     match material.alpha_mode {
         AlphaMode::Opaque => material.alpha = 1.0,
@@ -129,7 +129,7 @@ fn normal_form(material: &mut Material) {
     }
 }
 
-/// Returns a coat as KHR_materials_clearcoat can say it.
+/// Returns a coat in the form that KHR_materials_clearcoat can express.
 fn lacquer(material: &Material) -> Material {
     let Material { alpha, alpha_mode, roughness, normal_scale, two_sided, uv_maps, .. } = *material;
     let Material { base_color_texture, normal_texture, metallic_roughness_texture, .. } = *material;
@@ -149,7 +149,7 @@ fn lacquer(material: &Material) -> Material {
     }
 }
 
-/// A coat is written as a property of the object that it lies in: one without such an object is left out.
+/// Leaves out coats without an object under them: a coat is written as a property of that object.
 fn drop_lone_coats(scene: &mut Scene) {
     let objects = std::mem::take(&mut scene.objects);
     let coated = |object: &Object| scene.materials.get(object.material).is_some_and(is_coat);
@@ -162,7 +162,7 @@ fn drop_lone_coats(scene: &mut Scene) {
     for object in others {
         let coat = places.get_mut(&place(&object)).and_then(Vec::pop);
         kept.push(object);
-        // Behind the object that it lies in, as the reader lists them.
+        // A coat follows its object, as the reader lists them.
         kept.extend(coat);
     }
     scene.objects = kept;

@@ -1,4 +1,4 @@
-//! The reader reads a written scene back to the last bit, and the writer tells the parts that it cannot write.
+//! The reader reads a written scene back to the last bit, and the writer lists the parts that it cannot write.
 
 use std::path::Path;
 
@@ -41,7 +41,7 @@ fn texture(name: &str, color_space: ColorSpace, sampler: Sampler, alpha: u8) -> 
     Texture { name: name.into(), size: [4, 4], color_space, sampler, texels }
 }
 
-/// A row of balls, one of each material.
+/// A row of balls, one for each material.
 fn row(materials: Vec<Material>) -> Scene {
     let mut ball = shapes::sphere(0.4, 8).finish("ball");
     ball.uvs_1 = ball.uvs.iter().map(|&[u, v]| [v, u]).collect();
@@ -62,7 +62,7 @@ fn plain(name: &str) -> Material {
     Material { name: name.into(), base_color: Vec3::new(0.1, 0.7, 1.0), roughness: 0.3, ..Material::default() }
 }
 
-/// A material for each thing that the writer has words for.
+/// Materials that cover everything the writer can express.
 fn materials() -> Vec<Material> {
     let of = |name: &str, change: &dyn Fn(&mut Material)| {
         let mut material = plain(name);
@@ -142,7 +142,7 @@ fn materials_and_textures_are_read_as_they_were_to_the_last_bit() {
         assert_eq!(read, own);
     }
     assert_eq!(read.materials.len(), scene.materials.len());
-    // In the order in which materials ask for them.
+    // Textures are in the order in which materials ask for them.
     for (read, own) in read.textures.iter().zip(&exported.scene.textures) {
         assert_eq!((&read.name, read.size, read.sampler), (&own.name, own.size, own.sampler));
         assert_eq!((read.color_space, read.rgba8(0)), (own.color_space, own.rgba8(0)));
@@ -183,7 +183,7 @@ fn meshes_keep_their_bits_and_share_their_vertices() {
     scene.meshes[0].bounds = scene.meshes[0].compute_bounds();
     let skew = DAffine3::from_scale(DVec3::new(1.0, 3.0, 1.0)) * DAffine3::from_rotation_z(0.4);
     scene.objects[1].transform = skew;
-    // A normal map has its tangents read.
+    // The reader reads tangents only for a normal map.
     (scene.textures, scene.materials[0].normal_texture) = (textures(), Some(1));
     let exported = exported(scene);
     let (own, read) = (&exported.scene, read(&exported));
@@ -377,7 +377,7 @@ fn settings_that_were_said_are_read_and_a_dark_scene_stays_dark() {
     let lamp = Material { emissive: Vec3::ONE, ..plain("lamp") };
     let dark = open(Scene { lights: Vec::new(), ..row(vec![lamp.clone()]) }, "");
     assert!(dark.lights.is_empty() && !dark.environment.is_lit() && !dark.fitted.light);
-    // Light that glTF lacks is made up for.
+    // Scenes whose light glTF lacks are lit by fitted light.
     let beam = LightKind::Beam { position: DVec3::ZERO, direction: DVec3::X, radius: 1.0, edge: 0.1, range: None };
     let lit = open(Scene { lights: vec![Light::of(beam)], ..row(vec![lamp]) }, "");
     assert!(lit.lights.len() == 1 && lit.fitted.light && lit.fitted.exposure);

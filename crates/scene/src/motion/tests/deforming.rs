@@ -37,7 +37,7 @@ fn joints_blend_linearly_with_weights_that_need_not_sum_to_one() {
     let mut joints = Vec::new();
     motion.pose(&Playing::default()).joint_matrices(&motion, 0, &DAffine3::IDENTITY, &mut joints);
     let expected = [DVec3::ZERO, DVec3::X, DVec3::new(1.0, 1.0, 0.0), DVec3::new(2.0, 1.0, 0.0)];
-    // A vertex of almost no weight is where one of full weight is; one of none at all follows its first joint.
+    // A vertex with almost no weight moves like one with full weight; a vertex with no weight follows its first joint.
     for factor in [1.0, 0.98, 1e-30, f32::MIN_POSITIVE / 64.0] {
         let influences = mesh.influences.as_mut().expect("has joints");
         influences.weights = [[1.0, 0.0], [0.0, 1.0], [0.0, 1.0], [0.5, 0.5]]
@@ -67,7 +67,7 @@ fn far_from_the_origin_a_deformed_mesh_keeps_its_shape() {
     for vertex in 0..4 {
         assert!((place(&deformed, vertex) - far).distance(place(&near, vertex)) < 3e-7);
     }
-    // Seen from a frame of its own nothing is far away.
+    // Nothing is far away in a frame that is itself at `far`.
     motion.pose(&Playing::default()).joint_matrices(&motion, 0, &DAffine3::from_translation(far), &mut joints);
     assert!(place(&deform(&mesh, &[], Some(&joints)), 3).distance(place(&near, 3)) < 3e-7);
 }
@@ -95,7 +95,7 @@ fn normals_stay_across_their_triangles_whatever_the_joint_does() {
         let [x, y, z, sign] = deformed.tangents[0];
         assert!(Vec3::new(x, y, z).distance(side.normalize().as_vec3()) < 1e-6 && sign == 1.0);
     }
-    // Flat joints have no inverse, and normals nevertheless.
+    // Flat joints have no inverse, but normals exist nevertheless.
     let flat = DAffine3::from_scale(DVec3::new(1.0, 1.0, 0.0));
     assert_eq!(deform(&mesh, &[], Some(&[flat])).normals[0], [0.0, 0.0, 1.0]);
     let nothing = deform(&mesh, &[], Some(&[DAffine3::from_scale(DVec3::ZERO)]));
@@ -172,7 +172,7 @@ proptest! {
     fn a_box_of_joints_and_shapes_holds_every_vertex_and_little_more((mesh, joints, weights) in cloud()) {
         let deformed = deform(&mesh, &weights, Some(&joints));
         let bounds = DeformBounds::of(&mesh, true).bounds(&joints, &weights);
-        // No larger than the box that each vertex can reach by any of the joints that it hangs on, and the shapes in any direction.
+        // The box is no larger than the box that each vertex can reach by any of its joints and by the shapes in any direction.
         let shaped = deform(&mesh, &weights, None);
         let reach: f64 = weights.iter().zip(&mesh.morphs).map(|(weight, _)| 2.0 * weight.abs()).sum();
         let around = Aabb { min: shaped.bounds.min - 2.0 * reach, max: shaped.bounds.max + 2.0 * reach };

@@ -61,7 +61,7 @@ fn a_scene_at_a_time_has_everything_where_its_clips_put_it() {
         panic!("{:?}", then.camera)
     };
     assert!((fov_y_degrees - 135.0).abs() < 1e-9);
-    // Below zero is none, and beyond one is one.
+    // Values are clamped: a negative intensity becomes 0, and a colour channel is at most 1.
     assert_eq!(then.lights[0].intensity, 0.0);
     assert_eq!(then.lights[1].kind, LightKind::Directional { direction: DVec3::NEG_Z });
     assert_eq!(
@@ -69,7 +69,7 @@ fn a_scene_at_a_time_has_everything_where_its_clips_put_it() {
         (Vec3::new(1.0, 0.5, 0.25), Vec3::splat(4.0))
     );
     assert!(then.motion.is_empty() && then.meshes.iter().all(Mesh::is_plain) && then.looks_through.is_none());
-    // Each deformed object has a mesh of its own.
+    // Each deformed object has a separate mesh.
     let [.., a, b] = &then.objects[..] else { panic!("no objects") };
     assert!(a.mesh != b.mesh && then.meshes[a.mesh].bounds.max.y > 0.9);
     // Later clips win, and no clip is rest.
@@ -92,7 +92,7 @@ fn a_pose_made_into_another_is_the_same() {
 fn clips_are_chosen_by_name_and_by_number() {
     let motion = moving().motion;
     let choose = |names: &[&str]| motion.choose(&names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>());
-    // The second moves what the first does.
+    // The second clip moves the same target as the first.
     assert_eq!(choose(&[]).unwrap(), ClipChoice::Only(vec![0]));
     let mut renamed = motion.clone();
     renamed.clips[0].name = "walk".into();

@@ -32,14 +32,14 @@ choice! {
 }
 
 impl Settings {
-    /// Metres within which surfaces hide light from everywhere, where they do.
+    /// The radius of ambient occlusion in metres; `None` if it is off.
     pub fn occlusion_radius(&self) -> Option<f64> {
         (self.ao != AmbientOcclusion::Off).then_some(f64::from(self.ao_radius))
     }
 }
 
 impl SettingsPatch {
-    /// Adds ambient occlusion within so many metres, unless the settings say something of it.
+    /// Adds ambient occlusion with a radius of `metres`. Given settings take precedence.
     #[must_use]
     pub(crate) fn hiding_within(self, metres: f64) -> Self {
         let radius = (metres as f32).clamp(0.001, 1000.0);
@@ -47,7 +47,7 @@ impl SettingsPatch {
         self.or(&usual)
     }
 
-    /// Takes back what [`SettingsPatch::hiding_within`] has added; another kind of occlusion stays.
+    /// Removes the occlusion that [`SettingsPatch::hiding_within`] has added; another kind of occlusion stays.
     #[must_use]
     pub(crate) fn without_hiding(self) -> Self {
         match self.ao {

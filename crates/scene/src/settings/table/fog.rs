@@ -3,8 +3,8 @@
 use crate::ValueKind;
 use crate::settings::choices::choice;
 
-/// Froxels on each axis, and in all: 16 bytes of each, and of those of one slice more, fit into the 128 MiB that a storage buffer may have on every
-/// device.
+/// The most froxels on each axis, and in all. 16 bytes for each froxel, with one slice more, fit into the 128 MiB that every device allows for a
+/// storage buffer.
 pub(super) const FROXELS: ValueKind = ValueKind::Grid([1024, 1024, 512], 7_400_000);
 
 choice! {
@@ -14,9 +14,9 @@ choice! {
         /// The air is clear.
         #[default]
         Off => "off",
-        /// Fog that grows thinner with height, by formulas in closed form: lit by what comes from everywhere and by directional lights, without shadows.
+        /// Fog that thins out with height, by closed-form formulas: lit by ambient light, the sky and directional lights, without shadows.
         Height => "height",
-        /// The same fog with all lights in it and their shadows, found in a grid of froxels.
+        /// The fog of [`Fog::Height`], lit by all lights with their shadows, computed in a grid of froxels.
         Froxels => "froxels",
     }
 }

@@ -7,16 +7,16 @@ choice! {
     /// Reflections of surfaces in each other.
     #[derive(Default)]
     pub enum Reflections: "way of reflections" {
-        /// They mirror lights and the sky alone.
+        /// Surfaces mirror lights and the sky only.
         #[default]
         Off => "off",
-        /// Surfaces mirror what the picture shows of others, as far as a ray through its depth buffer meets it.
+        /// Screen-space reflections: surfaces mirror other surfaces in the picture, if a ray through the depth buffer meets them.
         Screen => "screen",
     }
 }
 
 impl Settings {
-    /// The greatest perceptual roughness of surfaces that mirror others, where some do.
+    /// The greatest perceptual roughness of surfaces with screen-space reflections; `None` if they are off.
     pub fn mirrored_roughness(&self) -> Option<f64> {
         (self.reflections != Reflections::Off).then_some(f64::from(self.reflection_roughness))
     }

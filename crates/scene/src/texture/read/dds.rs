@@ -18,7 +18,7 @@ pub(super) struct DdsSurface<'a> {
     texels: &'a [u8],
     /// True if colours have been multiplied by alpha.
     is_premultiplied: bool,
-    /// What else the file has.
+    /// A warning about contents that are left out or reduced, as a predicate of the file.
     pub more: Option<&'static str>,
 }
 
@@ -58,7 +58,7 @@ impl<'a> DdsSurface<'a> {
         Ok(Self { size, form, texels, is_premultiplied, more })
     }
 
-    /// The bytes of the decoded texels, and of those that they are made of.
+    /// The bytes of the decoded texels, and of intermediate results.
     pub fn decoded_bytes(&self) -> u64 {
         let per_texel = match &self.form {
             TexelLayout::Blocks(block) if block.is_light() => 4 + 16,
@@ -285,9 +285,9 @@ mod tests {
         }
         assert_eq!(new(81, &flat(127)), [255, 255, 255, 255]);
         assert_eq!(new(81, &flat(0x81)), [0, 0, 0, 255]);
-        // With end values of 255 and 0, code 2 is 6/7 of 255.
+        // Code 2 between the end values 255 and 0 is 6/7 of 255.
         assert_eq!(new(80, &[255, 0, 2, 0, 0, 0, 0, 0])[0], 219);
-        // Of normals' X and Y blue is Z: 0.6 and 0.8 leave none, and straight up is whole.
+        // Blue is Z, computed from the normal's X and Y: it is 0 for 0.6 and 0.8, and 1 straight up.
         for (x, y, z) in [(204, 128, 229), (128, 128, 255), (204, 230, 128)] {
             let [red, green, blue, alpha] = old(b"ATI2", &[flat(x), flat(y)].concat());
             assert!([red, green, alpha] == [x, y, 255] && blue.abs_diff(z) <= 6, "{x} {y}: {blue}");
@@ -295,7 +295,7 @@ mod tests {
         // Mode 5 of BC7 with both ends (254, 0, 254) and alpha 255: bit 5, ends of 7 bits, alpha of 8.
         let ends = 127_u128 | 127 << 7 | 127 << 28 | 127 << 35 | 255 << 42 | 255 << 50;
         assert_eq!(new(98, &(1_u128 << 5 | ends << 8).to_le_bytes()), [255, 0, 255, 255]);
-        // Mode 11 of BC6H, ends of 10 bits: of 0x180 comes the half 0x2e8f.
+        // Mode 11 of BC6H, with ends of 10 bits: 0x180 becomes the half float 0x2e8f.
         let ends = 0x180_u128 | 0x180 << 30;
         let light =
             DdsSurface::open(&file([4, 4], (0x4, [0; 4], 0, [0; 4]), Some(95), &(3_u128 | ends << 5).to_le_bytes()))

@@ -86,7 +86,7 @@ pub(super) fn read_exr(bytes: &[u8], fault: &dyn Fn([u32; 2]) -> Option<String>)
     let weights = matches!(channels, Channels::Chroma(_)).then(|| luminance_of(own.unwrap_or(REC709)));
     let texels = match rates.is_empty() {
         true => pixels(&bytes, channels, (data, window))?,
-        // Their planes have the size of the data window.
+        // Planes of sampled channels have the size of the data window.
         false => match fault(data.size) {
             Some(why) => return Err(why),
             None => sampled_pixels(&bytes, (header, &channels), &rates, (data, window))?,

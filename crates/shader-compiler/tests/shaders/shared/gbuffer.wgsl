@@ -1,6 +1,6 @@
 #define_import_path test::gbuffer
 
-// A G-buffer that is partly there, read in a module of its own.
+// A G-buffer with an optional target, read in a separate module.
 #ifdef NORMALS
 @group(0) @binding(1) var subpass_normal: texture_2d<u32>;
 #endif

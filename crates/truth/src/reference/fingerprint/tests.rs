@@ -10,9 +10,9 @@ use afterlight_scene::{
     AlphaMode, Brdf, Camera, Environment, Falloff, Light, LightKind, Material, Mesh, Object, Scene,
 };
 
-/// The model whose figures [`GOLDEN`] are.
+/// The value of `MODEL` that the figures of [`GOLDEN`] belong to.
 const OF_MODEL: u64 = 2;
-/// A row a light: the figure of all pixels with each reflection model, in nits; last those of [`others`].
+/// One row per light: the picture's [`figure`] with each reflection model, in nits. The last row holds the figures of [`others`].
 #[rustfmt::skip]
 const GOLDEN: &[f64] = &[
     1.5154553021906008, 2.440318271040219, 2.676863235154888, 2.438427146363847,
@@ -83,7 +83,7 @@ fn lights() -> [LightKind; 6] {
     ]
 }
 
-/// All pixels, each with a weight of its own.
+/// Weighted mean of a picture's values, each with a different weight.
 fn figure(scene: &Scene, brdf: Option<Brdf>, mode: Mode) -> f64 {
     let view = CameraView { camera: scene.camera, size: [8, 6] };
     let options = TruthOptions { mode, smith: Smith::HeightCorrelated };

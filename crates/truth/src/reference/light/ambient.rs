@@ -35,9 +35,9 @@ pub(super) fn ambient<R: Real>(
     [base * fibres.left(), lobe * fibres.left() + scattered]
 }
 
-/// Share of even light from everywhere that the lobe reflects: Karis's fit for GGX with Schlick's Fresnel ("Physically Based Shading
-/// on Mobile", 2014), made for dielectrics: a white metal has up to 0.2 less than GGX gives it. The Phong models have none: their
-/// ambient share is that of the base.
+/// Share of even light from everywhere that the lobe reflects: Karis's fit for GGX with Schlick's Fresnel ("Physically Based Shading on Mobile",
+/// 2014), made for dielectrics: a white metal gets up to 0.2 less than GGX gives it. The Phong models have no such share: only their base reflects
+/// ambient light.
 fn lobe_share<R: Real>(reflector: &Reflector<R>) -> Vector3<R> {
     if reflector.brdf != Brdf::CookTorrance {
         return Vector3::zeros();

@@ -40,9 +40,9 @@ pub struct Reflector<R: Real> {
     /// Unit vector towards the eye.
     pub(super) view: Vector3<R>,
     pub(super) n_dot_v: R,
-    /// Diffuse albedo: without the metallic share and the one that lets light through.
+    /// Diffuse albedo, without the metallic and the transmitting share.
     pub(super) diffuse: Vector3<R>,
-    /// The same of light that arrives at the back.
+    /// Diffuse albedo for light that arrives at the back.
     pub(super) through: Vector3<R>,
     /// F0 of Cook-Torrance, Ks of the Phong models.
     pub(super) specular: Vector3<R>,
@@ -60,7 +60,7 @@ pub struct Reflector<R: Real> {
     lobes: SurfaceLobes,
 }
 
-/// The same in f64, for light from all directions.
+/// A [`Reflector`] in f64, for light from all directions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Collector {
     /// The reflection model.
@@ -71,13 +71,13 @@ pub struct Collector {
     pub view: DVec3,
     /// No less than [`MIN_N_DOT_V`].
     pub n_dot_v: f64,
-    /// Diffuse albedo: without the metallic share and the one that lets light through.
+    /// Diffuse albedo, without the metallic and the transmitting share.
     pub diffuse: DVec3,
-    /// The same of light that arrives at the back.
+    /// Diffuse albedo for light that arrives at the back.
     pub through: DVec3,
     /// F0 of Cook-Torrance.
     pub specular: DVec3,
-    /// The same for light from everywhere: under a thin film, the one that gives Schlick's Fresnel the film's reflectance at the angle of the eye.
+    /// F0 for light from everywhere: under a thin film, the value with which Schlick's Fresnel gives the film's reflectance at the angle of the eye.
     pub even: DVec3,
     /// F90 of Cook-Torrance.
     pub grazing: f64,
@@ -167,7 +167,8 @@ impl<R: Real> Reflector<R> {
         }
     }
 
-    /// Seen from the camera, to which the surface's position is relative. At the camera itself it is seen from straight above.
+    /// Returns the reflector of a surface as seen from the camera, to which its position is relative. A surface at the camera itself is seen from
+    /// straight above.
     pub fn new(surface: &ShadingPoint, smith: Smith) -> Self {
         let normal: Vector3<R> = vector(surface.normal);
         let view = unit(&-vector::<R>(surface.ray.unwrap_or(surface.position))).unwrap_or(normal);

@@ -58,7 +58,7 @@ pub(super) fn arriving_at<R: Real>(light: &Light, eye: DVec3, point: &Vector3<R>
         LightKind::Beam { position, direction, radius, edge, range } => {
             let (axis, from_disc) = (vector::<R>(direction), point - vector::<R>(position - eye));
             let along = axis.dot(&from_disc);
-            // Of the cross product: nothing cancels far along the axis.
+            // The cross product does not cancel far along the axis.
             let beside = length(&axis.cross(&from_disc)) / R::of(radius);
             let before = if along > R::zero() { R::one() } else { R::zero() };
             let end = range.map_or(R::one(), |range| window(along / R::of(range)));
@@ -169,7 +169,7 @@ mod tests {
         }
     }
 
-    /// Share of the light of a spot one metre above, so many degrees from its axis.
+    /// Share of the light of a spot one metre above, at an angle of `degrees` from its axis.
     fn at(light: &Light, degrees: f64) -> f64 {
         arriving(light, DVec3::X * degrees.to_radians().tan()).1
     }

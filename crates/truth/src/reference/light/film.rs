@@ -7,22 +7,22 @@ use glam::{DMat3, DVec3};
 
 use crate::reference::SurfaceLobes;
 
-/// A film on a surface: what lies below it, and how it is mixed with the bare surface.
+/// A thin film: its optics, the reflectances below it, and how it is mixed with the bare surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Film {
     strength: f64,
     ior: f64,
     nanometres: f64,
-    /// Reflectance facing the eye of what lies below: of the share that is no metal, and of the metal.
+    /// Reflectance facing the eye of the surface below: of its dielectric share, and of its metallic one.
     below: [DVec3; 2],
     metallic: f64,
 }
 
 impl Film {
-    /// `None` where there is none.
+    /// Returns the film of these lobes; `None` without one.
     pub fn of(lobes: &SurfaceLobes, dielectric: DVec3, (albedo, metallic): (DVec3, f64)) -> Option<Self> {
         let SurfaceLobes { film, film_ior, film_nanometres, .. } = *lobes;
-        // A film without thickness is none: it comes within the first 0.03 nm, where the formula still mixes two interfaces.
+        // A film without thickness has no effect: it is faded in over the first 0.03 nm, where the formula still mixes two interfaces.
         let grown = (film_nanometres / 0.03).clamp(0.0, 1.0);
         let strength = film * grown * grown * (3.0 - 2.0 * grown);
         (strength > 0.0).then_some(Self {
@@ -65,7 +65,7 @@ pub fn interference(ior: f64, nanometres: f64, below: DVec3, cosine: f64) -> DVe
         let upper = schlick(facing(ior, 1.0), cosine);
         (upper, 1.0 - upper)
     };
-    // The phase shifts are 0 where light is reflected at what is denser, else pi.
+    // The phase shift is 0 for reflection at a denser medium, else pi.
     let phase_upper = if ior < 1.0 { 0.0 } else { PI };
     let path = 2.0 * ior * nanometres * inner;
     let channel = |below: f64| {

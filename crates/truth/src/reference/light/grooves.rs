@@ -49,7 +49,7 @@ impl Grooves {
         distribution * R::of(0.5) / masked
     }
 
-    /// A half vector, for that of a highlight which is as wide in each direction as this one is along its grooves, about +Z.
+    /// Turns a half vector of an isotropic highlight about +Z, as wide as this one is along its grooves, into one of this highlight.
     pub fn stretched(&self, facet: DVec3, normal: DVec3) -> DVec3 {
         let [wide, narrow] = self.alphas;
         (self.axes[0] * (facet.x * wide / narrow) + self.axes[1] * facet.y + normal * facet.z).normalize()
@@ -63,7 +63,7 @@ impl Grooves {
     }
 }
 
-/// Of a view that was made in either precision.
+/// Returns the grooves of a surface whose normal and roughness are in either precision.
 pub(super) fn grooves<R: Real>(lobes: &SurfaceLobes, normal: &Vector3<R>, roughness: R) -> Option<Grooves> {
     Grooves::of(lobes, widened(*normal), roughness.wide())
 }

@@ -32,17 +32,17 @@ use afterlight_scene::{Environment, Light};
 pub struct Illumination<'a> {
     /// Numbered in this order for `visibility`.
     pub lights: &'a [Light],
-    /// Ambient light, of which a surface's own occlusion takes its share; the background does not count.
+    /// Ambient light, before a surface's own occlusion; the background does not count.
     pub environment: &'a Environment,
     /// The share of ambient light that other surfaces leave, 0 to 1; `sky` takes its own occlusion into account.
     pub open: f64,
-    /// The same of light that arrives at the back of the surface.
+    /// Share of ambient light that other surfaces leave at the back of the surface, 0 to 1.
     pub open_behind: f64,
     /// The camera's place in the world: surfaces' positions are relative to it.
     pub eye: DVec3,
-    /// Light of the sky beside the ambient light, of which occlusion takes its share as well.
+    /// Light of the sky beside the ambient light; occlusion reduces it as well.
     pub sky: Option<&'a dyn Collects>,
-    /// For the lobe of Cook-Torrance alone.
+    /// Masking and shadowing function of the Cook-Torrance lobe.
     pub smith: Smith,
 }
 
@@ -53,7 +53,7 @@ pub trait Collects: Sync {
 }
 
 /// Radiance towards the eye in nits, in two parts, as [`AlphaMode::Glass`](afterlight_scene::AlphaMode::Glass) needs it:
-/// it shows `body * alpha + shine` over what lies behind times 1 - alpha. Everything else shows the sum.
+/// glass shows `body * alpha + shine` over the light behind it times 1 - alpha. Everything else shows the sum.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Radiance {
     /// The light that the base reflects and lets through, of lights and ambient light.
@@ -75,7 +75,7 @@ pub fn radiance<R: Real>(
     body + shine
 }
 
-/// The same in two parts, each finite and not negative.
+/// Returns a surface's radiance in two parts, each finite and not negative.
 pub fn split_radiance<R: Real>(
     surface: &ShadingPoint,
     illumination: &Illumination,

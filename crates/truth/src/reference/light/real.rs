@@ -57,7 +57,7 @@ pub(super) fn length<R: Real>(vector: &Vector3<R>) -> R {
     scaled.dot(&scaled).sqrt() * largest
 }
 
-/// Of unit length; `None` for the zero vector.
+/// Returns the vector at unit length; `None` for the zero vector.
 pub(super) fn unit<R: Real>(vector: &Vector3<R>) -> Option<Vector3<R>> {
     let length = length(vector);
     (length > R::zero()).then(|| vector.map(|part| part / length))

@@ -27,7 +27,7 @@ pub(super) struct Fibres<R: Real> {
 }
 
 impl<R: Real> Fibres<R> {
-    /// `None` where there are none.
+    /// Returns the fibres of these lobes; `None` without a sheen.
     pub fn of(lobes: &SurfaceLobes, n_dot_v: R) -> Option<Self> {
         let most = lobes.sheen.max_element();
         (most > 0.0).then(|| {
@@ -46,12 +46,12 @@ impl<R: Real> Fibres<R> {
         self.color * self.at_view
     }
 
-    /// The share of light that they leave to what lies below, by the angle to the eye alone.
+    /// Share of light that the fibres leave to the layers below, by the angle to the eye alone.
     pub fn left(&self) -> R {
         left(self.most, self.at_view)
     }
 
-    /// The share that they leave, by the angles to the eye and to the light: the lesser of the two, so that light and eye may change places.
+    /// Share of light that the fibres leave by the angles to the eye and to the light: the lesser of the two, which keeps it reciprocal.
     pub fn left_of(&self, n_dot_l: R) -> R {
         let at_light = R::of(sheen_share(n_dot_l.wide().max(MIN_N_DOT_V), self.roughness.wide()));
         self.left().min(left(self.most, at_light))
@@ -130,14 +130,14 @@ pub fn sheen_share(cosine: f64, roughness: f64) -> f64 {
     row(top) + (row(top + 1.0) - row(top)) * (y - top)
 }
 
-/// The same by a sum over so many steps of each angle.
+/// Computes [`sheen_share`] by a sum over `steps` steps of each angle.
 pub fn summed_sheen_share(n_dot_v: f64, roughness: f64, steps: u32) -> f64 {
     let alpha = roughness * roughness;
     let aside = (1.0 - n_dot_v * n_dot_v).max(0.0).sqrt();
     let count = f64::from(steps);
     let mut sum = 0.0;
     for across in 0..steps {
-        // Denser at grazing angles, where there is most of it.
+        // Steps are denser at grazing angles, which contribute most.
         let root = (f64::from(across) + 0.5) / count;
         let (n_dot_l, solid) = (root * root, 2.0 * root / count * 2.0 * PI / count);
         let level = (1.0 - n_dot_l * n_dot_l).sqrt();

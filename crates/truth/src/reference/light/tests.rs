@@ -226,7 +226,7 @@ fn phong_lobes_have_their_energies_where_light_faces_the_surface() {
                 Reflector::<f64>::new(&seen, Smith::default()).reflect(&up).lobe.x
             })
         };
-        // The integral of (n + 2) / 2 pi cos^(n+1) is 1; that of (n + 8) / 8 pi cos(theta / 2)^n cos theta by parts.
+        // The integral of (n + 2) / 2 pi cos^(n+1) is 1; (n + 8) / 8 pi cos(theta / 2)^n cos theta is integrated by parts.
         let by_parts =
             (shininess + 8.0) * ((-shininess / 2.0).exp2() + shininess) / ((shininess + 2.0) * (shininess + 4.0));
         // docs/FORMULAS.md and the book have these figures: more than arrives.
@@ -387,7 +387,7 @@ fn a_sheen_has_the_value_of_its_formula() {
     assert_eq!(above.lobe, Vector3::zeros());
 }
 
-/// The table's share against a sum of its own, which [`collected`] takes evenly and not denser at grazing angles.
+/// Compares the table's share with a sum by [`collected`], whose steps are even, not denser at grazing angles.
 #[test]
 fn shares_of_a_sheen_are_what_it_scatters_of_even_light() {
     for (mu, roughness) in [(0.05, 0.5), (0.3, 0.25), (0.3, 0.7), (0.7, 0.4), (1.0, 1.0)] {
@@ -416,8 +416,9 @@ fn a_white_surface_under_a_sheen_gives_back_no_more_even_light_than_arrives() {
 
 #[test]
 fn a_thin_film_quenches_and_strengthens_by_its_thickness() {
-    // An index of 1.38 over glass of 1.5, seen from straight above: the interfaces reflect 0.0255 and 0.0017 of it. At a quarter of 552 nm green is the difference of the two
-    // amplitudes, squared, at a half their sum, and of a thick film what Airy's sum leaves without interference.
+    // The film's index is 1.38 over glass of 1.5, seen from straight above: the interfaces reflect 0.0255 and 0.0017 of the light. At a quarter of
+    // 552 nm green is the difference of the two amplitudes, squared; at a half it is their sum, squared. A thick film leaves Airy's sum without
+    // interference.
     let glass = DVec3::splat(0.04);
     let green = |nanometres| interference(1.38, nanometres, glass, 1.0).y;
     let [upper, lower] = [0.38f64 / 2.38, 0.12 / 2.88];
@@ -427,7 +428,7 @@ fn a_thin_film_quenches_and_strengthens_by_its_thickness() {
     let [upper, lower] = [upper * upper, lower * lower];
     let thick = upper + (1.0 - upper).powi(2) * lower / (1.0 - upper * lower);
     assert!((green(5e4) - thick).abs() < 2e-4, "{} {thick}", green(5e4));
-    // Without thickness there is none.
+    // A film without thickness has no effect.
     let film = |film_nanometres| SurfaceLobes { film: 1.0, film_ior: 2.0, film_nanometres, ..SurfaceLobes::NONE };
     let lobe = |lobes| Reflector::<f64>::new(&ShadingPoint { lobes, ..mirror(0.25) }, Smith::default());
     let of = |lobes| lobe(lobes).reflect(&direction(0.5, 3.0)).lobe;

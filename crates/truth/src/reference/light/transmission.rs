@@ -96,7 +96,7 @@ mod tests {
             let back = reflector(&own).transmit(&-light) * PI;
             assert!((back - Vector3::new(0.225, 0.125, 0.025)).amax() < 1e-12, "{back}");
         }
-        // Of a metal nothing comes through, and of half a metal half.
+        // A metal transmits nothing, and half a metal half.
         for (metallic, share) in [(1.0, 0.0), (0.5, 0.5)] {
             let back = reflector(&ShadingPoint { metallic, ..leaf(0.25, 0.0) }).through.x;
             assert!((back - 0.25 * share).abs() < 1e-12, "{back}");
@@ -127,7 +127,7 @@ mod tests {
         }
     }
 
-    /// The mean of estimates by many directions, of which those arrive that the condition names.
+    /// Mean of the estimates by many directions, with light only from directions that `arrives` accepts.
     fn estimated(sky: &SkySampler, surface: &Collector, arrives: fn(DVec3) -> bool) -> f64 {
         const COUNT: u32 = 4000;
         const STEPS: [(f64, f64); 3] = [(0.7549, 0.5698), (0.8192, 0.6711), (0.3247, 0.2207)];

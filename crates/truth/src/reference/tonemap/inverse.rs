@@ -111,7 +111,7 @@ fn aces(color: Vector3<f64>) -> Vector3<f64> {
     inverse(ACES_INPUT) * light
 }
 
-/// Of a matrix of this module, all of which have one.
+/// Returns the inverse of a matrix of this module, all of which have one.
 fn inverse(rows: [[f64; 3]; 3]) -> Matrix3<f64> {
     matrix(rows).try_inverse().unwrap_or_else(Matrix3::identity)
 }

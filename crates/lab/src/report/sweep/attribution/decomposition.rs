@@ -26,12 +26,12 @@ pub(super) struct Decomposition<'a> {
     pub truths: &'a TruthPair<'a>,
     pub settings: &'a Settings,
     pub captured: &'a Captured,
-    /// By light: the share that arrives at each chosen pixel.
+    /// The measured share of each light that arrives at each chosen pixel, by light.
     pub measured: BTreeMap<usize, Vec<Option<f64>>>,
     pub exposure: f64,
 }
 
-/// The parts behind those of the switches, in the order of [`notes`].
+/// The parts after the switches, in the order of [`notes`].
 const CUT_OFF_PART: usize = SWITCHES.len();
 const SKY_PART: usize = CUT_OFF_PART + 1;
 const OTHER_TRIANGLE_PART: usize = CUT_OFF_PART + 2;
@@ -166,7 +166,7 @@ impl Decomposition<'_> {
     }
 }
 
-/// The shares of lights in a pixel: those by rays, each cast once, and the measured ones.
+/// The shares of lights in a pixel: exact shares by rays, each cast once, and the measured shares.
 struct Shares<'a> {
     decomposition: &'a Decomposition<'a>,
     at: usize,

@@ -24,7 +24,7 @@ pub struct GbufferTexel {
     pub roughness: f64,
     /// Share of the ambient light that arrives; 1 in a scene without any.
     pub occlusion: f64,
-    /// In nits. No G-buffer holds it: it is added to the light.
+    /// The emitted light in nits. No G-buffer holds it: it is added to the light.
     pub emissive: DVec3,
 }
 
@@ -33,17 +33,17 @@ pub struct GbufferTexel {
 pub struct Captured {
     /// Light as the frame tone-maps it, exposed.
     pub exposed: Vec<DVec3>,
-    /// The same kept in 32 bits; `None` where the frame keeps it so anyway, or the device cannot.
+    /// The light as `exposed`, kept in 32 bits; `None` if the frame keeps it in 32 bits anyway, or the device cannot.
     pub unrounded: Option<Vec<DVec3>>,
-    /// The same with all that reaches a surface, however little it is; `None` where the frame has all of it.
+    /// The light with all that reaches a surface, however little it is; `None` if the frame cuts off nothing.
     pub uncut: Option<Vec<DVec3>>,
-    /// The same as `unrounded` without light of the sky; `None` where no sky lights the scene.
+    /// The light as `uncut`, without light of the sky; `None` if no sky lights the scene.
     pub without_sky: Option<Vec<DVec3>>,
     /// The picture, decoded to linear, 0 to 1.
     pub shown: Vec<DVec3>,
-    /// From the frame's own G-buffer.
+    /// The texels of the frame's own G-buffer.
     pub own: Vec<GbufferTexel>,
-    /// From one of 32 bits a channel.
+    /// The texels of a G-buffer with 32 bits a channel.
     pub unquantized: Vec<GbufferTexel>,
     /// The triangle that is seen; `None` where the device does not number them.
     pub triangles: Option<Vec<Option<TriangleId>>>,
@@ -60,7 +60,7 @@ pub struct PixelCapture<'a> {
     pub device: &'a Arc<Device>,
     pub scene: &'a Scene,
     pub view: &'a CameraView,
-    /// By index, row by row.
+    /// The indices of the chosen pixels, row by row.
     pub pixels: &'a [usize],
 }
 
@@ -70,7 +70,7 @@ impl PixelCapture<'_> {
         self.read(&mut Renderer::new(self.device, self.scene, settings)?)
     }
 
-    /// The same of a renderer that is there already.
+    /// The chosen pixels of a picture by an existing renderer.
     pub fn read(&self, renderer: &mut Renderer) -> Result<Vec<DVec3>, frame::Error> {
         let picture = renderer.picture(&self.view.camera, || ())?;
         let value = |index: usize| match &picture.pixels {

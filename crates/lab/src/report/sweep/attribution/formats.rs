@@ -11,7 +11,7 @@ use afterlight_truth::reference::tonemap::{decode_srgb, encode_srgb, input_refer
 /// Exponents of small floats end here: from there on down steps stay as they are.
 const LEAST_EXPONENT: i32 = -14;
 
-/// Of one frame.
+/// The formats of one frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Formats {
     /// The format of light until it is tone-mapped; `None` where it rounds nothing.
@@ -41,7 +41,7 @@ impl Formats {
     }
 }
 
-/// A number to the nearest with so many bits after its first.
+/// Rounds to the nearest number with `mantissa` bits after the leading one.
 fn rounded(value: f64, mantissa: i32) -> f64 {
     if value == 0.0 || !value.is_finite() {
         return value;

@@ -1,6 +1,6 @@
 //! The parts of a frame's error by their causes: signed, in exposed linear light, pixel by pixel.
 //!
-//! The error of a pixel is the device's picture minus the converged truth. Its parts add up to it.
+//! The error of a pixel is the device's picture minus the converged truth. The parts add up to it.
 //!
 //! Seven of them are switched one by one, in all 128 combinations, and averaged over all orders by [`shapley`](fn@shapley):
 //! - the surface as the device filters and interpolates it (*texture filtering*), as its G-buffer rounds it (*G-buffer quantization*),
@@ -62,11 +62,11 @@ use tally::Tally;
 #[derive(Clone, Copy)]
 pub struct AttributedFrame<'a> {
     pub scene: &'a Scene,
-    /// Of the same scene, with the BRDF that the settings ask for.
+    /// The reference for the same scene, with the BRDF that the settings ask for.
     pub reference: &'a Reference<'a>,
     pub settings: &'a Settings,
     pub view: &'a CameraView,
-    /// Its index in the report.
+    /// The point's index in the report.
     pub point: usize,
 }
 
@@ -82,7 +82,7 @@ pub struct TruthPair<'a> {
 pub struct AttributionLimits {
     /// About how many pixels are taken apart, spread over the picture.
     pub pixels: usize,
-    /// Lights whose shadows are measured, those first that reach most pixels.
+    /// The number of lights whose shadows are measured. Lights that reach the most pixels come first.
     pub shadowed_lights: usize,
 }
 
@@ -160,7 +160,7 @@ fn illumination<'a>(subject: &AttributedFrame<'a>) -> Illumination<'a> {
     }
 }
 
-/// Lights with shadows that add something to a chosen pixel, those first that do so to most.
+/// Lights with shadows that add something to a chosen pixel. Lights that add something to the most pixels come first.
 fn shadowed_lights(subject: &AttributedFrame, surfaces: &[Option<(ShadingPoint, TriangleId)>]) -> Vec<usize> {
     let mut reached: BTreeMap<usize, usize> = BTreeMap::new();
     for (surface, _) in surfaces.iter().flatten() {

@@ -10,7 +10,7 @@ use afterlight_truth::reference::light::{Illumination, radiance};
 
 pub const HDR: &str = "HDR format";
 pub const OUTPUT: &str = "tone mapping and 8-bit output";
-/// Parts that can be switched one by one, in the order of their bits: those of the shading, and those of the formats that hold its light.
+/// Parts that can be switched one by one, in the order of their bits: first the parts of the shading, then the formats that hold its light.
 pub const SWITCHES: [&str; 7] =
     ["texture filtering", "G-buffer quantization", "position from depth", "shadows", "BRDF arithmetic", HDR, OUTPUT];
 const TEXTURES: usize = 1 << 0;
@@ -18,7 +18,7 @@ const GBUFFER: usize = 1 << 1;
 const POSITION: usize = 1 << 2;
 const SHADOWS: usize = 1 << 3;
 const ARITHMETIC: usize = 1 << 4;
-/// Of shading.
+/// The number of combinations of the shading's switches.
 const SHADINGS: usize = 1 << 5;
 const HDR_PART: usize = 5;
 const OUTPUT_PART: usize = 6;
@@ -53,12 +53,12 @@ pub struct PixelMeasurements {
 }
 
 impl Shades {
-    /// With nothing at work.
+    /// The light with no part at work.
     pub fn truth(&self) -> DVec3 {
         self.0[0]
     }
 
-    /// With all of the shading's parts at work.
+    /// The light with all of the shading's parts at work.
     pub fn all(&self) -> DVec3 {
         self.0[SHADINGS - 1]
     }
@@ -222,7 +222,7 @@ mod tests {
     /// Nothing is rounded.
     const EXACT: Formats = Formats { hdr: None, output: None };
 
-    /// On a device that agrees with the model.
+    /// The parts on a device that agrees with the model.
     fn parts(shades: &Shades, formats: &Formats) -> [DVec3; SWITCHES.len()] {
         let unrounded = shades.all();
         let kept = formats.kept(unrounded);

@@ -53,7 +53,7 @@ impl Tally {
         (self.light.square / self.values()).sqrt()
     }
 
-    /// Channels of pixels, no less than those of one.
+    /// The number of channels of all pixels, at least one pixel's.
     fn values(&self) -> f64 {
         (3 * self.pixels.max(1)) as f64
     }
@@ -79,7 +79,7 @@ mod tests {
     use super::super::decomposition::COUNT;
     use super::*;
 
-    /// Of a light's error and an output's, which are the first and the last part; those between are none.
+    /// A tally of errors of the light and of the output, which are the first and the last part; the parts between are 0.
     fn tally(pixels: &[[DVec3; 2]]) -> Tally {
         let mut tally = Tally::default();
         for &[light, output] in pixels {
@@ -99,7 +99,7 @@ mod tests {
         let tally = tally(&[[DVec3::splat(3.0), DVec3::splat(-1.0)], [DVec3::X * 6.0, DVec3::ZERO]]);
         let rows = rows(&tally);
         let [first, .., last, whole] = &rows[..] else { panic!("{rows:?}") };
-        // Over two pixels of three channels: 15 and -3 of 12.
+        // The sums are 15, -3 and 12, over two pixels of three channels.
         assert_eq!([first.mean, last.mean, whole.mean], [2.5, -0.5, 2.0]);
         // Squares 27 + 36, 3, and 12 + 36.
         assert_eq!([first.rms, tally.light_rms()], [(63.0f64 / 6.0).sqrt(); 2]);

@@ -27,7 +27,7 @@ pub struct Candidate {
     pub joint: bool,
 }
 
-/// The settings that have axes; that of shadow map sizes has one for each filter, as `shadow-size/none`.
+/// The settings that have axes; the size of shadow maps has an axis for each filter, as `shadow-size/none`.
 pub fn swept() -> impl Iterator<Item = &'static Setting> {
     SETTINGS.iter().filter(|setting| setting.sweep != SweepMode::No)
 }

@@ -24,7 +24,7 @@ pub fn combinations(base: &Base, axes: &[SweepAxis], selection: &Selection) -> V
         let corner = axes.iter().filter_map(|values| ends(values)[end].clone());
         found.add(corner.fold(SettingsPatch::default(), |all, one| all.or(&one)));
     }
-    // Of few combinations, most must be of several settings.
+    // If there are few combinations, most of them must combine several settings.
     let lone = most / 2;
     for patch in axes.iter().flat_map(ends).flatten() {
         if found.patches.len() < lone {

@@ -1,7 +1,7 @@
 //! The points of a sweep: for each setting of a picture's quality, its values, as far as a scene needs it and a device has it.
 //!
-//! All of this is decided from the scene, the settings as given and the device's capabilities, before anything is drawn. Values whose frames
-//! are those of the settings as given are not drawn again, a setting that changes nothing is left out, and the report names both.
+//! All of this is decided from the scene, the settings as given and the device's capabilities, before anything is drawn. Values that draw the same
+//! frames as the settings as given are not drawn again, a setting that changes nothing is left out, and the report names both.
 
 mod axes;
 mod joint;
@@ -27,7 +27,7 @@ const QUICK: &str = "--quick tries fewer values";
 /// The extent of a sweep.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Selection {
-    /// Only the families with these keys; all of them where it is `None`.
+    /// Only the families with these keys; `None` for all families.
     pub families: Option<Vec<String>>,
     /// The most members of the joint family; 0 for none.
     pub joint: usize,
@@ -58,13 +58,13 @@ pub fn family_keys() -> Vec<&'static str> {
     axes::swept().map(|setting| setting.key).chain([JOINT]).collect()
 }
 
-/// The name of a point: its settings, or "default" for those as given.
+/// The name of a point: its settings, or "default" for the settings as given.
 pub fn name_of(patch: &SettingsPatch) -> String {
     let text = patch.to_string();
     if text.is_empty() { "default".into() } else { text }
 }
 
-/// The settings of a point: its own over those as given.
+/// The settings of a point: the settings as given, overridden by the point's.
 pub fn settings_of(patch: &SettingsPatch, base: &SettingsPatch) -> Settings {
     patch.or(base).decide()
 }
@@ -80,9 +80,9 @@ pub(super) struct Base<'a> {
 
 /// The result of trying a value: its frames, or why there are none.
 enum Admission {
-    /// Frames of their own.
+    /// The value draws other frames than the settings as given.
     Point,
-    /// Those of the settings as given.
+    /// The value draws the same frames as the settings as given.
     Same,
     /// Why the scene or the device cannot have it.
     Refused(String),
@@ -115,7 +115,7 @@ impl<'a> Base<'a> {
         if self.draws_the_same(&settings, &plan) { Admission::Same } else { Admission::Point }
     }
 
-    /// Returns true if frames of other settings are those of the settings as given, drawn in the same way.
+    /// Returns true if other settings draw the same frames as the settings as given, in the same way.
     fn draws_the_same(&self, settings: &Settings, plan: &FramePlan) -> bool {
         if !plan.has_structure_of(&self.plan) {
             return false;
@@ -204,7 +204,7 @@ impl Sweep {
         })
     }
 
-    /// The points that are measured: those of the shard, or all. Always the first, beside which all others are timed.
+    /// The points that are measured: the shard's, or all. The first is always among them, as all others are timed beside it.
     pub fn own(&self, shard: Option<Shard>) -> Vec<usize> {
         let is_own = |index: usize| index == 0 || shard.is_none_or(|shard| shard.owns(index));
         (0..self.points.len()).filter(|&index| is_own(index)).collect()
@@ -215,7 +215,7 @@ impl Sweep {
 #[derive(Default)]
 struct SweepBuilder {
     points: Vec<SettingsPatch>,
-    /// By their names.
+    /// The indices of the points, by name.
     known: BTreeMap<String, usize>,
     families: Vec<PlannedFamily>,
     left_out: Vec<LeftOut>,
@@ -238,7 +238,7 @@ impl SweepBuilder {
         }
     }
 
-    /// Tries an axis' values; those that have frames of their own, if any, for the joint family. Only a family that is `wanted` becomes one.
+    /// Tries an axis' values, and returns for the joint family the values that draw other frames, if any. Only a family that is `wanted` becomes one.
     fn family(&mut self, base: &Base, axis: SweepAxis, wanted: bool) -> Option<SweepAxis> {
         if let Some(why) = axis.without {
             if wanted {

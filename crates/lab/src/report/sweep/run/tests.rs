@@ -155,7 +155,7 @@ fn shards_merge_to_the_points_and_errors_of_the_whole() {
     };
     assert_eq!(members(&merged), members(&whole));
     assert_eq!(merged.scenes[0].left_out, whole.scenes[0].left_out);
-    // A point on the whole's front was on that of its shard, and so is measured twice.
+    // A point on the whole's front was also on its shard's front, and so is measured twice.
     for front in &merged.scenes[0].fronts {
         assert!(front.points.iter().all(|&index| merged.scenes[0].points[index].time.confirmed));
     }

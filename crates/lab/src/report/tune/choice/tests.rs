@@ -91,7 +91,7 @@ fn a_bound_that_fails_elsewhere_makes_it_go_on_with_more_margin() {
     let scene = scene();
     let goal = error_below(0.05);
     let first = goal.candidates(&scene, None)[0];
-    // From the second camera all err half as much again.
+    // The second camera makes every error half as large again.
     let mut witness = factors(&scene, goal, &[1.0, 1.5, 1.0], &[1.0; 3]);
     let outcome = choose(&goal, &scene, &mut witness);
     let chosen = outcome.chosen.expect("a choice");
@@ -138,7 +138,7 @@ fn a_search_that_finds_more_after_a_failure_leaves_attempts_about_the_same_point
     let goal = error_below(0.05);
     let [first, second] = goal.candidates(&whole, None)[..2] else { panic!("two candidates") };
     let second = goal.candidates(&whole, Some(goal.of(&whole.points[first]).error)).first().copied().unwrap_or(second);
-    // At first a part of the points is there, in other places.
+    // At first only some of the points are there, with other indices.
     let mut part = whole.clone();
     part.points = vec![whole.points[whole.default].clone(), whole.points[first].clone()];
     (part.default, part.fronts) = (0, Vec::new());
@@ -274,7 +274,7 @@ impl Witness for Slower {
 fn a_near_miss_names_a_bound_that_fits_from_all_cameras() {
     let scene = scene();
     let least = goal_error(&scene, error_below(1.0).nearest(&scene).expect("a front"));
-    // From the scene's own camera nothing keeps it, by little.
+    // The bound fails for all points even from the scene's own camera, by little.
     let goal = error_below(0.8 * least);
     assert!(goal.candidates(&scene, None).is_empty() && goal.is_near(&scene));
     let outcome = choose(&goal, &scene, &mut factors(&scene, goal, &[1.0, 1.3, 1.2], &[1.0; 3]));

@@ -15,7 +15,7 @@ use crate::report::sweep::timing::Rounds;
 #[derive(Debug, Clone)]
 struct Land {
     info: SceneInfo,
-    /// Over the settings as given, and their error.
+    /// The time over the settings as given, and the error, of each point.
     truth: Vec<(f64, f64)>,
     /// The scatter of times.
     noise: f64,
@@ -173,7 +173,7 @@ proptest! {
             let (_, measured) = land.search(&goal, None, usize::MAX);
             prop_assert!(land.regret(&goal, &measured) <= 0.05, "{:?}", land.choice(&goal, &measured));
         }
-        // A point may be missed if its time is so near the bound that scatter hides it: so the bound has none near it.
+        // A point may be missed if its time is near enough to the bound for scatter to hide it, so no point has a time near the bound.
         let goal = goal(GoalBound::Milliseconds(10.0 * (0.7 + loss)));
         let is_near = |time: f64| (10.0 * time / (10.0 * (0.7 + loss)) - 1.0).abs() < 0.03;
         prop_assume!(!land.truth.iter().any(|&(time, _)| is_near(time)));

@@ -22,7 +22,7 @@ impl RandomSource<'_> {
         all[index.min(all.len() - 1)]
     }
 
-    /// Between two values; the first is the plainest.
+    /// A number between two values; the first is the plainest.
     pub fn between(&mut self, plain: f64, other: f64) -> f64 {
         plain + (other - plain) * self.number()
     }
@@ -33,7 +33,7 @@ impl RandomSource<'_> {
         10f64.powf(if number < 1.0 { number * last } else { (number - 1.0) * first })
     }
 
-    /// From 0 to 1, as often as not one of the ends, or next to nothing.
+    /// A share from 0 to 1, as often as not one of the ends, or next to nothing.
     pub fn share(&mut self, plain: f32) -> f32 {
         let number = 6.0 * self.number();
         match number as u32 {

@@ -20,7 +20,7 @@ pub struct Extremes {
     pub specular: Vec3,
     pub shininess: f32,
     pub alpha: f32,
-    /// Of the ball alone.
+    /// The alpha mode of the ball alone.
     pub alpha_mode: AlphaMode,
     pub two_sided: bool,
     /// Emitted radiance over the lamps' lux.
@@ -36,10 +36,10 @@ pub struct Extremes {
     pub scale: f64,
     /// Metres from the origin to everything.
     pub offset: f64,
-    /// Of the camera, in scene units. It looks at the ball.
+    /// The camera's position in scene units. It looks at the ball.
     pub eye: [f64; 3],
     pub fov_y_degrees: f64,
-    /// Of the near plane, in scene units.
+    /// The distance of the near plane, in scene units.
     pub near: f64,
     /// Scale of the ball along its axes: mirrored below zero, flat at zero.
     pub stretch: [f64; 3],
@@ -47,15 +47,15 @@ pub struct Extremes {
     // Lights.
     pub lamps: u32,
     pub lamp_color: Vec3,
-    /// Of the lamps from the floor, in units, and how bright each makes the floor below, in lux.
+    /// The distance of the lamps from the floor, in units, and the light of each on the floor below, in lux.
     pub distance: f64,
     pub lux: f64,
     pub falloff: Falling,
-    /// In units.
+    /// The range of lamps, in units.
     pub range: Option<f64>,
     /// Inner and outer angle in degrees.
     pub cone: Option<[f64; 2]>,
-    /// Of lamps in units.
+    /// The size of lamps, in units.
     pub size: f64,
     pub sun_lux: f64,
     /// Radiance over the lamps' lux.
@@ -64,7 +64,7 @@ pub struct Extremes {
     pub shadows: bool,
 
     // Settings.
-    /// Exposed so many stops above the exposure for the light on the floor; `None` is metered.
+    /// The exposure in stops above the exposure for the light on the floor; `None` is metered.
     pub stops: Option<f32>,
     pub size_in_pixels: [u32; 2],
     pub gbuffer: GbufferPreset,
@@ -75,7 +75,7 @@ pub struct Extremes {
     pub shadow_filter: ShadowFilter,
     pub msaa: u32,
     pub samples: u32,
-    /// By an orthographic camera, which shows as much where it looks.
+    /// True for an orthographic camera, which shows as much at the distance of its target.
     pub parallel: bool,
 }
 
@@ -216,8 +216,8 @@ impl Extremes {
         if self.gbuffer == GbufferPreset::Lean { agreed.without_faint_colors() } else { agreed }
     }
 
-    /// The same in a G-buffer of 32-bit floats, without errors by design: narrow highlights, texels and edges of shadows that are
-    /// smaller than a pixel, several samples where the truth has one, light in few bits, clipping kilometres away, and faces that coincide.
+    /// Takes a G-buffer of 32-bit floats, and removes everything that errs by design: narrow highlights, texels and edges of shadows that are smaller
+    /// than a pixel, several samples where the truth has one, light in few bits, clipping kilometres away, and faces that coincide.
     pub fn tamed(self) -> Self {
         let stretch = self.stretch.map(|along| along.clamp(-4.0, 4.0));
         let is_flat = stretch.iter().any(|along| along.abs() < 0.1);
@@ -240,7 +240,7 @@ impl Extremes {
         }
     }
 
-    /// The same in a lean G-buffer, whose powers have 8 bits as well.
+    /// Takes a lean G-buffer, whose Phong exponents have 8 bits as well.
     pub fn leaned(self) -> Self {
         let lean = Self { shininess: self.shininess.max(1.0), gbuffer: GbufferPreset::Lean, ..self };
         lean.without_faint_colors()
@@ -253,7 +253,7 @@ impl Extremes {
     }
 }
 
-/// From 60 degrees up to 179, or down to a tenth of one.
+/// A field of view in degrees: from 60 up to 179, or down to a tenth of a degree.
 fn fov(number: f64) -> f64 {
     let number = 2.0 * number;
     if number < 1.0 { 60.0 + 119.0 * number } else { 60.0 * (1.0f64 / 600.0).powf(number - 1.0) }

@@ -113,7 +113,7 @@ impl Extremes {
     }
 
     fn settings(&self) -> SettingsPatch {
-        // At 0 stops the lamp's lux on a white floor is mid-grey or so.
+        // A white floor under the lamp is about mid-grey at 0 stops.
         let suits = ((self.lux + self.sun_lux) / 3.0).log2() as f32;
         SettingsPatch {
             size: Some(self.size_in_pixels),

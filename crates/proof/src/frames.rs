@@ -6,17 +6,17 @@ use ash::vk::{AccessFlags2 as A, ImageLayout as L};
 use super::order::PRESENTATION;
 use super::program::{Memory, Program, QueueSet, Scope, Span, Sync, Time, Who};
 use super::render_pass::Besides;
-use crate::frame::IN_FLIGHT;
-use crate::frame::list::{Commands, Condition, HandOver, RenderPassName, Step, StepList};
-use crate::frame::render_pass::PassDescription;
-use crate::frame::rows::{FORMULA_WRITE, PassName, Row, RowName, Rows, SyncKind, shadow};
-use crate::gpu::Queue;
-use crate::gpu::barrier::Half;
-use crate::gpu::sync::{DEVICE_ACCESS, HOST_WRITE, Use};
-use crate::gpu::upload::{BLIT_READ, BLIT_WRITE, COPY_WRITE};
-use crate::gpu_scene::shadow_clear;
-use crate::passes::{FRAME_READ, Resource, ResourceUse, copy, present};
-use crate::plan::{FramePlan, Target};
+use afterlight::frame::IN_FLIGHT;
+use afterlight::frame::list::{Commands, Condition, HandOver, RenderPassName, Step, StepList};
+use afterlight::frame::render_pass::PassDescription;
+use afterlight::frame::rows::{Endpoint, FORMULA_WRITE, Row, RowName, Rows, SyncKind, shadow};
+use afterlight::gpu::Queue;
+use afterlight::gpu::barrier::Half;
+use afterlight::gpu::sync::{DEVICE_ACCESS, HOST_WRITE, Use};
+use afterlight::gpu::upload::{BLIT_READ, BLIT_WRITE, COPY_WRITE};
+use afterlight::gpu_scene::shadow_clear;
+use afterlight::passes::{FRAME_READ, Resource, ResourceUse, copy, present};
+use afterlight::plan::{FramePlan, Target};
 
 mod prefilter;
 
@@ -39,7 +39,7 @@ struct Turn {
     split: bool,
     copied: bool,
     covered: bool,
-    /// With a texture that is new.
+    /// The panel over the picture has a new texture.
     has_new_panel: bool,
     /// Nothing is drawn: PRESENT copies the picture of the frame before once more.
     again: bool,
@@ -77,15 +77,15 @@ pub(super) fn program(plan: &FramePlan, rows: &Rows) -> Program {
     }
     frames.look();
     frames.wait(RowName::LAST_USE_TO_DESTROY, uploaded);
-    frames.program.command(PassName::HOST, &[(STAGING, BUFFER, HOST_WRITE)]);
+    frames.program.command(Endpoint::HOST, &[(STAGING, BUFFER, HOST_WRITE)]);
     frames.program
 }
 
-/// Each frame after one with and without a copy, and of a window's each with and without each thing that may lie over the picture.
+/// The frames of the program: each after one with and one without a copy, and a window's each with and without each thing that may cover the picture.
 fn turns(plan: &FramePlan) -> Vec<Turn> {
-    // Looked up before they are drawn, drawn twice one after the other, kept, and drawn anew.
+    // Shadow maps are looked up before they are drawn, drawn twice in a row, kept, and drawn anew.
     let maps = |index: usize| [[0, 0], [2, 0], [0, 0], [1, 1]][index % 4];
-    // At first, then in every frame, and once not.
+    // Objects are posed in all frames but one.
     let posed = |index: usize| index != 2;
     match plan.presented {
         None => (0..4)
@@ -115,11 +115,11 @@ pub(super) fn formulas(rows: &Rows) -> Program {
     let mut program = Program::default();
     let order = |row| rows.find(row).map(Row::order);
     let (inputs, results) = (Memory::of(Resource::FrameData), READ_BACK);
-    program.command(PassName::HOST, &[(inputs, BUFFER, HOST_WRITE)]);
+    program.command(Endpoint::HOST, &[(inputs, BUFFER, HOST_WRITE)]);
     if let Some(submitted) = order(RowName::HOST_TO_FRAME) {
         program.barrier(submitted, None);
     }
-    program.command(PassName::DEVICE, &[(inputs, BUFFER, FRAME_READ), (results, BUFFER, FORMULA_WRITE)]);
+    program.command(Endpoint::DEVICE, &[(inputs, BUFFER, FRAME_READ), (results, BUFFER, FORMULA_WRITE)]);
     if let Some(order) = order(RowName::RESULTS_TO_HOST) {
         program.barrier(order, Some(results));
     }
@@ -127,7 +127,7 @@ pub(super) fn formulas(rows: &Rows) -> Program {
         let end = program.step();
         program.fence(order, end);
     }
-    program.command(PassName::HOST, &[(results, BUFFER, copy::HOST_READ)]);
+    program.command(Endpoint::HOST, &[(results, BUFFER, copy::HOST_READ)]);
     program
 }
 
@@ -170,11 +170,11 @@ impl FrameModelBuilder<'_> {
         self.program.fence(order, until);
     }
 
-    /// The CPU looks at the picture that was copied last. It does so only before the next copy, so that its wait hides nothing.
+    /// The CPU looks at the picture that was copied last, but only before the next copy, so that its wait hides nothing.
     fn look(&mut self) {
         if let Some(copied) = self.copied.take() {
             self.wait(RowName::COPY_TO_HOST, copied);
-            self.program.command(PassName::HOST, &[(READ_BACK, BUFFER, copy::HOST_READ)]);
+            self.program.command(Endpoint::HOST, &[(READ_BACK, BUFFER, copy::HOST_READ)]);
         }
     }
 
@@ -183,7 +183,7 @@ impl FrameModelBuilder<'_> {
         let uploads = self.plan.uploads;
         let (copied_into, blitted) =
             (self.plan.layouts.of(L::TRANSFER_DST_OPTIMAL), self.plan.layouts.of(L::TRANSFER_SRC_OPTIMAL));
-        self.program.command(PassName::HOST, &[(STAGING, BUFFER, HOST_WRITE)]);
+        self.program.command(Endpoint::HOST, &[(STAGING, BUFFER, HOST_WRITE)]);
         self.submit();
         let from = (STAGING, BUFFER, copy::READ);
         let queues = [Queue::Transfer, Queue::Graphics];
@@ -197,7 +197,7 @@ impl FrameModelBuilder<'_> {
                     self.program.queue = if is_elsewhere { Queue::Transfer } else { Queue::Graphics };
                     self.image_barrier(RowName::TEXTURE_TO_COPY, level);
                 }
-                self.program.command(PassName::UPLOAD, &[from, (texture[0], copied_into, COPY_WRITE)]);
+                self.program.command(Endpoint::UPLOAD, &[from, (texture[0], copied_into, COPY_WRITE)]);
                 if is_elsewhere {
                     let all: Vec<_> = texture.iter().map(|&level| (level, copied_into)).collect();
                     let released = self.cross(Half::Release, queues, &all, 0);
@@ -206,7 +206,7 @@ impl FrameModelBuilder<'_> {
                 for pair in texture.windows(2) {
                     self.image_barrier(RowName::LEVEL_TO_BLIT, pair[0]);
                     let read = (pair[0], blitted, BLIT_READ);
-                    self.program.command(PassName::UPLOAD, &[read, (pair[1], copied_into, BLIT_WRITE)]);
+                    self.program.command(Endpoint::UPLOAD, &[read, (pair[1], copied_into, BLIT_WRITE)]);
                 }
                 self.image_barrier(RowName::UPLOAD_TO_TEXTURES, texture[texture.len() - 1]);
                 for &level in &texture[..texture.len() - 1] {
@@ -221,7 +221,7 @@ impl FrameModelBuilder<'_> {
             buffers.extend(self.plan.deforms().then_some(Resource::RestMeshes));
             let buffers: Vec<_> = buffers.into_iter().map(|own| (Memory::of(own), BUFFER)).collect();
             for &(buffer, _) in &buffers {
-                self.program.command(PassName::UPLOAD, &[from, (buffer, BUFFER, COPY_WRITE)]);
+                self.program.command(Endpoint::UPLOAD, &[from, (buffer, BUFFER, COPY_WRITE)]);
             }
             if is_elsewhere {
                 let released = self.cross(Half::Release, queues, &buffers, 0);
@@ -236,7 +236,7 @@ impl FrameModelBuilder<'_> {
     fn upload_panel(&mut self) {
         self.image_barrier(RowName::PANEL_TO_COPY, Memory::of(Resource::PanelTextures));
         let layout = self.plan.layouts.of(L::TRANSFER_DST_OPTIMAL);
-        self.program.command(PassName::UPLOAD, &[(Memory::of(Resource::PanelTextures), layout, COPY_WRITE)]);
+        self.program.command(Endpoint::UPLOAD, &[(Memory::of(Resource::PanelTextures), layout, COPY_WRITE)]);
         self.image_barrier(RowName::UPLOAD_TO_PANELS, Memory::of(Resource::PanelTextures));
     }
 
@@ -245,7 +245,7 @@ impl FrameModelBuilder<'_> {
             for map in memory_of(self.plan, image, 0) {
                 self.image_barrier(before, map);
                 let layout = self.plan.layouts.of(L::TRANSFER_DST_OPTIMAL);
-                self.program.command(PassName::CLEAR, &[(map, layout, shadow_clear::WRITE)]);
+                self.program.command(Endpoint::CLEAR, &[(map, layout, shadow_clear::WRITE)]);
                 self.image_barrier(after, map);
             }
         }
@@ -258,7 +258,7 @@ impl FrameModelBuilder<'_> {
         }
         self.submit();
         self.acquire();
-        let is_before = |step: &&Step| !matches!(step, Step::Commands(own) if own.pass.place == present::PASS.place);
+        let is_before = |step: &&Step| !matches!(step, Step::Commands(own) if own.pass.name == present::PASS.name);
         for step in list.0.iter().skip_while(is_before) {
             match step {
                 // These passes read nothing that the CPU writes for a frame.
@@ -281,13 +281,13 @@ impl FrameModelBuilder<'_> {
             self.wait(RowName::FRAME_TO_HOST, self.ends[last]);
             if self.plan.culls_on_device {
                 let found = Memory::part(Resource::FoundCounts, place);
-                self.program.command(PassName::HOST, &[(found, BUFFER, copy::HOST_READ)]);
+                self.program.command(Endpoint::HOST, &[(found, BUFFER, copy::HOST_READ)]);
             }
         }
         if turn.has_new_panel {
             self.upload_panel();
         }
-        self.program.command(PassName::HOST, &[(Memory::part(Resource::FrameData, place), BUFFER, HOST_WRITE)]);
+        self.program.command(Endpoint::HOST, &[(Memory::part(Resource::FrameData, place), BUFFER, HOST_WRITE)]);
         self.submit();
         // The last part waits for the image of the swapchain.
         let last_part = list.parts().last().map_or(0, |part| part.steps.start);
@@ -298,7 +298,7 @@ impl FrameModelBuilder<'_> {
             }
             match step {
                 Step::RenderPass(name, _) => self.render_pass(passes, *name, turn, place),
-                // Without a window the copy is a submission of its own.
+                // The copy is a separate submission if there is no window.
                 Step::Commands(own) if self.plan.presented.is_some() || own.when != Condition::Copied => {
                     if turn.has(own.when) {
                         self.commands(own, place);
@@ -335,7 +335,7 @@ impl FrameModelBuilder<'_> {
         self.cross(own.half, own.queues, &all, released)
     }
 
-    /// The same of this memory, by the rows between the two queues.
+    /// Hands this memory over by the rows between the two queues.
     fn cross(&mut self, half: Half, queues: [Queue; 2], all: &[(Memory, L)], released: Time) -> Time {
         if half == Half::Acquire {
             self.program.queue = queues[1];
@@ -382,7 +382,7 @@ impl FrameModelBuilder<'_> {
         self.barriers(&own.before, place);
         let touches = own.pass.uses(plan);
         let all: Vec<_> = touches.iter().flat_map(|touch| besides(plan, touch, place)).collect();
-        self.program.command(own.pass.place, &all);
+        self.program.command(own.pass.name, &all);
         self.barriers(&own.after, place);
     }
 
@@ -427,7 +427,7 @@ impl FrameModelBuilder<'_> {
             is_fence: false,
         });
         self.program
-            .command(PassName::PRESENTATION, &[(Memory::of(Resource::SwapchainImage), L::PRESENT_SRC_KHR, PRESENTED)]);
+            .command(Endpoint::PRESENTATION, &[(Memory::of(Resource::SwapchainImage), L::PRESENT_SRC_KHR, PRESENTED)]);
     }
 }
 

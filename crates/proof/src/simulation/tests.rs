@@ -2,8 +2,9 @@ use ash::vk;
 use glam::Vec3;
 
 use super::*;
-use crate::plan::samples;
-use crate::scene::{AmbientOcclusion, LightPath, Material, Settings};
+use afterlight::passes::Tile;
+use afterlight::plan::samples;
+use afterlight::scene::{AmbientOcclusion, LightPath, Material, Settings};
 
 fn plan(settings: &Settings) -> FramePlan {
     let mut scene = samples::scene(vec![Material::default(), samples::glass()], vec![samples::sun()]);
@@ -14,7 +15,7 @@ fn plan(settings: &Settings) -> FramePlan {
 /// The rows that have pictures, each with their names.
 fn pictured(plan: &FramePlan) -> Vec<(&'static str, String)> {
     let of = |row: &Row| {
-        let all = HazardPicture::NAMES.iter().filter(|&&(_, how)| Simulation::of(plan, row.name, how).is_ok());
+        let all = HazardPicture::NAMES.iter().filter(|&&(_, how)| simulation(plan, row.name, how).is_ok());
         let names: Vec<_> = all.map(|&(name, _)| name).collect();
         (!names.is_empty()).then(|| (row.label, names.join(" ")))
     };
@@ -23,7 +24,7 @@ fn pictured(plan: &FramePlan) -> Vec<(&'static str, String)> {
 
 fn reason(plan: &FramePlan, row: &str, how: HazardPicture) -> String {
     let name = rows::table(plan).named(row, |_| true).unwrap_or_else(|error| panic!("{error}")).name;
-    Simulation::of(plan, name, how).expect_err(row).to_string()
+    simulation(plan, name, how).expect_err(row).to_string()
 }
 
 #[test]
@@ -65,7 +66,7 @@ fn a_row_without_a_picture_says_why() {
         let told = reason(&plain, row, how);
         assert!(told.starts_with("no picture: ") && told.contains(why), "{row}: {told}");
     }
-    // Its results lie in the albedo, which LIGHTING needs of this frame.
+    // The pass writes its results into the albedo, and LIGHTING needs this frame's albedo.
     let occluded = plan(&Settings { ao: AmbientOcclusion::Bitmask, ..samples::deferred() });
     let told = reason(&occluded, "ao-denoise-to-lighting", Cleared);
     assert!(told.contains("AO_DENOISE is no draw"), "{told}");
@@ -79,7 +80,7 @@ fn passes_that_a_stale_result_depends_on_are_of_the_last_frame_and_no_others() {
     let plan = plan(&samples::deferred());
     let of = |row: &str| {
         let name = rows::table(&plan).named(row, |_| true).unwrap_or_else(|error| panic!("{error}")).name;
-        Simulation::of(&plan, name, HazardPicture::Stale).unwrap_or_else(|error| panic!("{row}: {error}"))
+        simulation(&plan, name, HazardPicture::Stale).unwrap_or_else(|error| panic!("{row}: {error}"))
     };
     let names = |own: &Simulation| own.earlier.iter().map(|place| place.name()).collect::<Vec<_>>();
     assert_eq!(names(&of("geometry-to-lighting")), ["GEOMETRY"]);
@@ -89,26 +90,25 @@ fn passes_that_a_stale_result_depends_on_are_of_the_last_frame_and_no_others() {
 
 #[test]
 fn torn_tiles_are_every_second_one_and_all_tiles_cover_an_area_once() {
+    let plan = plan(&samples::deferred());
+    let name = rows::table(&plan).named("geometry-to-lighting", |_| true).expect("a row").name;
+    let torn = simulation(&plan, name, HazardPicture::Torn).expect("a picture");
+    let tiles = torn.tiles(torn.producer).expect("some");
+    let [across, down] = tiles[0].of;
+    assert_eq!(tiles.len() as u32, across * down / 2);
+    assert!(
+        tiles.iter().all(|tile| (tile.at[0] + tile.at[1]).is_multiple_of(2)) && torn.tiles(torn.readers[0]).is_none()
+    );
     let area = vk::Rect2D { offset: vk::Offset2D { x: 5, y: 7 }, extent: vk::Extent2D { width: 101, height: 53 } };
     let mut covered = vec![0; 101 * 53];
-    for y in 0..TILES[1] {
-        for x in 0..TILES[0] {
-            let own = Tile { at: [x, y], of: TILES }.within(area);
-            for row in 0..own.extent.height {
-                for column in 0..own.extent.width {
-                    let [x, y] = [own.offset.x as u32 - 5 + column, own.offset.y as u32 - 7 + row];
-                    covered[(y * 101 + x) as usize] += 1;
-                }
+    for at in (0..down).flat_map(|y| (0..across).map(move |x| [x, y])) {
+        let own = Tile { at, of: [across, down] }.within(area);
+        for row in 0..own.extent.height {
+            for column in 0..own.extent.width {
+                let [x, y] = [own.offset.x as u32 - 5 + column, own.offset.y as u32 - 7 + row];
+                covered[(y * 101 + x) as usize] += 1;
             }
         }
     }
     assert!(covered.iter().all(|&times| times == 1));
-    let plan = plan(&samples::deferred());
-    let name = rows::table(&plan).named("geometry-to-lighting", |_| true).expect("a row").name;
-    let torn = Simulation::of(&plan, name, HazardPicture::Torn).expect("a picture");
-    let tiles = torn.tiles(torn.producer).expect("some");
-    assert_eq!(tiles.len() as u32, TILES[0] * TILES[1] / 2);
-    assert!(
-        tiles.iter().all(|tile| (tile.at[0] + tile.at[1]).is_multiple_of(2)) && torn.tiles(torn.readers[0]).is_none()
-    );
 }

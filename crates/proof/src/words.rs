@@ -1,9 +1,9 @@
 //! The effect of a hazard on a frame, without Vulkan's terms: one party touches a memory before another is done with it.
 
 use super::program::{Memory, MemoryAccess, Who};
-use crate::frame::rows::PassName;
-use crate::passes::Resource;
-use crate::plan::Target;
+use afterlight::frame::rows::Endpoint;
+use afterlight::passes::Resource;
+use afterlight::plan::Target;
 
 /// The action of the later use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -60,13 +60,13 @@ impl Consequence {
         Self { action, who: who(second), memory: noun(second.memory), clause }
     }
 
-    /// Of an image in another layout than a touch needs.
+    /// The consequence of an image in another layout than a touch needs.
     pub(super) fn of_layout(found: &str, touch: &MemoryAccess) -> Self {
         let clause = format!("in the layout {found} instead of {:?}", touch.layout);
         Self { action: LaterAction::Find, who: who(touch), memory: noun(touch.memory), clause }
     }
 
-    /// Of a touch by a queue that does not own the memory.
+    /// The consequence of a touch by a queue that does not own the memory.
     pub(super) fn of_owner(found: &str, touch: &MemoryAccess) -> Self {
         Self { action: LaterAction::Find, who: who(touch), memory: noun(touch.memory), clause: found.to_owned() }
     }
@@ -99,11 +99,11 @@ pub(super) fn blamed<'a>(
 
 fn who(touch: &MemoryAccess) -> String {
     match touch.who {
-        Who::At(PassName::HOST) => "the CPU".into(),
-        Who::At(PassName::PRESENTATION) => "presentation".into(),
-        Who::At(PassName::UPLOAD) => "the upload".into(),
-        Who::At(PassName::CLEAR) => "the first clear".into(),
-        Who::At(PassName::DEVICE) => "the dispatch".into(),
+        Who::At(Endpoint::HOST) => "the CPU".into(),
+        Who::At(Endpoint::PRESENTATION) => "presentation".into(),
+        Who::At(Endpoint::UPLOAD) => "the upload".into(),
+        Who::At(Endpoint::CLEAR) => "the first clear".into(),
+        Who::At(Endpoint::DEVICE) => "the dispatch".into(),
         Who::At(place) => place.to_string(),
         Who::Row(name) => format!("the barrier {name}"),
         Who::End(pass) => format!("the end of the {pass}"),

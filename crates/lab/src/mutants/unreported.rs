@@ -1,36 +1,24 @@
 //! Rows and bits whose absence the validation layer does not report, and why they are there all the same.
 //!
-//! Layer 1.4.309 is silent about these in both modes of its shader heuristic. Nothing is left out of the table for that reason: each entry
-//! quotes what the specification has to say, and [`super::super::proof`] finds a hazard without it. `tests/sync/necessity.rs` fails when an entry is noticed after all, when none of its rows is
-//! silent any more, and when something is silent that is not listed.
+//! Layer 1.4.309 is silent about these in both modes of its shader heuristic. The table keeps them all the same: each entry quotes the specification,
+//! and the proof ([`afterlight_proof`]) finds a hazard without it. `tests/sync/necessity.rs` fails when the layer reports an entry after all, when no
+//! row of an entry is silent any more, and when something that is not listed is silent.
 //!
-//! A blind spot of the layer is one of a kind of row, whichever passes it is between. So an entry asks for the row's carrier, stages and accesses, and names
-//! no effect: the rows of a new one are judged as well.
+//! A blind spot of the layer concerns a kind of row, whichever passes the row is between. So an entry asks for the row's carrier, stages and
+//! accesses, and names no effect: the entry judges the rows of a new effect as well.
 
+use afterlight::frame::list::RenderPassName;
+use afterlight::frame::rows::{Row, RowPart, Side, SyncKind, table};
+use afterlight::frame::{LayoutChange, layout_changes};
+use afterlight::gpu::sync::Use;
+use afterlight::passes::{Endpoint, Resource, forward, geometry, lighting, pyramid, shadow, tonemap};
+use afterlight::plan::{FramePlan, Target};
 use ash::vk::{self, AccessFlags2 as A, PipelineStageFlags2 as S};
-
-use super::{Row, Side, SyncKind};
-use crate::frame::list::RenderPassName;
-use crate::frame::{LayoutChange, layout_changes};
-use crate::gpu::sync::Use;
-use crate::passes::{PassName, Resource, forward, geometry, lighting, pyramid, shadow, tonemap};
-use crate::plan::{FramePlan, Target};
 
 /// The first layer that sees wrong masks of subpass dependencies.
 pub const LAYER: u32 = vk::make_api_version(0, 1, 4, 309);
 /// The newest layer that was tried.
 pub const NEWEST: u32 = vk::make_api_version(0, 1, 4, 363);
-
-/// The part of a row that is removed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum RowPart {
-    /// All of it.
-    Row,
-    /// The reach across the samples of a pixel: the row becomes one by region.
-    AcrossSamples,
-    /// Some bits of one side.
-    Bits(Side, Use),
-}
 
 /// Parts of rows that the layer does not miss, for one reason.
 #[derive(Debug)]
@@ -79,13 +67,13 @@ impl MissingPart<'_> {
     }
 
     /// Returns true if the render pass of the row begins with this place.
-    fn begins_with(&self, place: PassName) -> bool {
+    fn begins_with(&self, place: Endpoint) -> bool {
         self.row.carrier == SyncKind::Subpass(RenderPassName::of(place))
     }
 
     /// Returns true if the row waits for something outside of its frame, mostly for the frame before.
     fn is_from_outside(&self) -> bool {
-        self.row.from == PassName::OUTSIDE
+        self.row.from == Endpoint::OUTSIDE
     }
 
     /// Returns true if a render pass waits by this row for an earlier pass of the same frame.
@@ -98,12 +86,12 @@ impl MissingPart<'_> {
         let Row { from, before, after, .. } = self.row;
         let tests = A::DEPTH_STENCIL_ATTACHMENT_READ | A::DEPTH_STENCIL_ATTACHMENT_WRITE;
         // What LIGHTING writes of the G-buffer besides are drops, which the layer notices.
-        let blends = after.access.contains(A::COLOR_ATTACHMENT_READ) && *from != geometry::PASS.place;
+        let blends = after.access.contains(A::COLOR_ATTACHMENT_READ) && *from != geometry::PASS.name;
         let draws = after.access.intersects(A::COLOR_ATTACHMENT_READ | tests);
         let drops = after.access.contains(A::DEPTH_STENCIL_ATTACHMENT_WRITE);
         let writes_depth = before.access.contains(A::DEPTH_STENCIL_ATTACHMENT_WRITE);
         // Where the render pass has its depth from an earlier one, or does not drop it, the layer does not see what must be over first.
-        let begins_depth = self.begins_with(geometry::PASS.place) || self.begins_with(forward::PASS.place);
+        let begins_depth = self.begins_with(geometry::PASS.name) || self.begins_with(forward::PASS.name);
         let is_kept = !drops || !begins_depth;
         let missed = [
             (Side::Before, S::empty(), A::COLOR_ATTACHMENT_WRITE, blends),
@@ -117,7 +105,7 @@ impl MissingPart<'_> {
         ];
         let is_missed = |(side, stages, accesses, is_missed)| is_missed && self.is_bit(side, stages, accesses);
         // TINT tests against the depth of its map, and stores it.
-        let is_of_map = *from == shadow::PASS.place && matches!(self.part, RowPart::Bits(..));
+        let is_of_map = *from == shadow::PASS.name && matches!(self.part, RowPart::Bits(..));
         self.row.is_between_subpasses() && (is_of_map || missed.into_iter().any(is_missed))
     }
 
@@ -128,22 +116,22 @@ impl MissingPart<'_> {
         is_of_maps && !row.is_between_subpasses() && !self.is_from_outside()
     }
 
-    /// Returns true if a subpass of the frame has another row to the same dispatches, for what they write.
+    /// Returns true if another row, of a subpass of this frame, makes the same dispatches wait with their writes.
     fn is_awaited_in_the_frame(&self) -> bool {
         let to_same =
-            |row: &Row| row.carrier.is_render_pass() && row.to == self.row.to && row.from != PassName::OUTSIDE;
-        super::table(self.plan).iter().any(|row| to_same(row) && row.after.access.contains(A::SHADER_WRITE))
+            |row: &Row| row.carrier.is_render_pass() && row.to == self.row.to && row.from != Endpoint::OUTSIDE;
+        table(self.plan).iter().any(|row| to_same(row) && row.after.access.contains(A::SHADER_WRITE))
     }
 
     /// Returns true if a buffer of the same dispatches is read by draws of an earlier subpass, whose tests the subpass waits for.
     fn is_led_around_by_buffer(&self) -> bool {
         let row = self.row;
-        let table = super::table(self.plan);
+        let rows = table(self.plan);
         let is_last =
             |other: &&Row| other.by_region && other.to == row.to && other.before.stage == S::LATE_FRAGMENT_TESTS;
-        let buffers: Vec<_> = table.of(SyncKind::BufferBarrier).filter(|other| other.from == row.from).collect();
+        let buffers: Vec<_> = rows.of(SyncKind::BufferBarrier).filter(|other| other.from == row.from).collect();
         let is_read = |last: &Row| buffers.iter().any(|buffer| buffer.waiting.contains(&last.from));
-        table.of(row.carrier).filter(is_last).any(is_read)
+        rows.of(row.carrier).filter(is_last).any(is_read)
     }
 
     /// Returns true if other rows lead to the same subpass, through another one of its render pass.
@@ -153,17 +141,17 @@ impl MissingPart<'_> {
         if !(is_between && self.is_row() || self.enters() && follows_reads) {
             return false;
         }
-        let table = super::table(self.plan);
+        let rows = table(self.plan);
         let last = |other: &&Row| other.is_between_subpasses() && other.to == row.to && other.from != row.from;
         // LIGHTING's render pass changes the layout of the depth that it loads, and the layer takes that for an order.
-        let is_ordered = is_between || self.begins_with(lighting::PASS.place);
+        let is_ordered = is_between || self.begins_with(lighting::PASS.name);
         let is_led_to = |last: &Row| {
-            let mut firsts = table.iter().filter(|other| other.from == row.from && other.waiting.contains(&last.from));
+            let mut firsts = rows.iter().filter(|other| other.from == row.from && other.waiting.contains(&last.from));
             firsts.any(|first| is_ordered || first.after.stage.intersects(last.before.stage))
         };
         // Tests read depth in rasterization order, so that any row to the subpass will do.
         let follows_tests = is_between && follows_reads && row.before.stage == S::LATE_FRAGMENT_TESTS;
-        table.of(row.carrier).filter(last).any(|last| follows_tests || is_led_to(last))
+        rows.of(row.carrier).filter(last).any(|last| follows_tests || is_led_to(last))
     }
 }
 
@@ -216,8 +204,8 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         is_about: |missing| {
             let Row { from, to, before, after, .. } = missing.row;
             let both = S::FRAGMENT_SHADER | S::COMPUTE_SHADER;
-            let is_written = (*from == PassName::CLEAR || missing.leaves_maps()) && after.stage == both;
-            let is_read = *to == shadow::PASS.place && before.stage == both;
+            let is_written = (*from == Endpoint::CLEAR || missing.leaves_maps()) && after.stage == both;
+            let is_read = *to == shadow::PASS.name && before.stage == both;
             is_written && missing.is_after(S::FRAGMENT_SHADER, A::empty())
                 || is_read && missing.is_before(S::COMPUTE_SHADER, A::empty())
         },
@@ -232,7 +220,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         is_about: |missing| {
             let Row { from, carrier, after, .. } = missing.row;
             let is_color = matches!(carrier, SyncKind::ImageBarrier(_, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL));
-            let is_cleared = *from == PassName::CLEAR && is_color;
+            let is_cleared = *from == Endpoint::CLEAR && is_color;
             let is_looked_up = after.stage == S::FRAGMENT_SHADER | S::COMPUTE_SHADER;
             is_cleared && is_looked_up && missing.is_after(S::COMPUTE_SHADER, A::SHADER_READ)
         },
@@ -248,7 +236,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
             let Row { from, carrier, after, .. } = missing.row;
             let is_color = matches!(carrier, SyncKind::ImageBarrier(_, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL));
             // Tints are drawn after their map, by another subpass.
-            let is_tint = *from == PassName::CLEAR && is_color || missing.leaves_maps() && *from != shadow::PASS.place;
+            let is_tint = *from == Endpoint::CLEAR && is_color || missing.leaves_maps() && *from != shadow::PASS.name;
             let is_lit_there = after.stage == S::FRAGMENT_SHADER && missing.plan.is_forward();
             is_tint && is_lit_there && missing.is_after(S::empty(), A::SHADER_READ)
         },
@@ -323,8 +311,8 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
             let is_test = missing.is_after(S::EARLY_FRAGMENT_TESTS, A::DEPTH_STENCIL_ATTACHMENT_READ);
             let is_depth = |change: &LayoutChange| change.image == Some(Resource::Target(Target::Depth));
             // The layer sees that tests follow a change of layout.
-            let changes = || layout_changes(missing.plan, &super::table(missing.plan), missing.row);
-            let lights = missing.row.waiting.contains(&lighting::PASS.place);
+            let changes = || layout_changes(missing.plan, &table(missing.plan), missing.row);
+            let lights = missing.row.waiting.contains(&lighting::PASS.name);
             missing.enters() && !lights && is_test && !changes().iter().any(is_depth)
         },
         section: "Rasterization Order",
@@ -349,7 +337,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     },
     UnreportedMutants {
         seen_from: None,
-        is_about: |missing| missing.row.to == PassName::HOST,
+        is_about: |missing| missing.row.to == Endpoint::HOST,
         section: "Fences",
         says: "Signaling a fence and waiting on the host does not guarantee that the results of memory accesses will be visible to the host, \
                as the access scope of a memory dependency defined by a fence only includes device access",
@@ -373,7 +361,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
             let Row { carrier, to, before, .. } = missing.row;
             let is_drawn = carrier.is_render_pass();
             // Where GEOMETRY waits for the copy alone, the layer sees that nothing holds it back.
-            let is_alone = *to == geometry::PASS.place && before.stage == S::TRANSFER;
+            let is_alone = *to == geometry::PASS.name && before.stage == S::TRANSFER;
             let is_written = *carrier == SyncKind::ImageBarrier(vk::ImageLayout::UNDEFINED, vk::ImageLayout::GENERAL);
             let is_of_copy = missing.is_before(S::TRANSFER, A::empty()) && (is_drawn && !is_alone || is_written)
                 || missing.is_row() && is_drawn && before.stage == S::TRANSFER;
@@ -394,8 +382,8 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
             let follows_write = |row: &Row| row.before.access.contains(A::SHADER_WRITE);
             is_read
                 && is_about
-                && missing.begins_with(tonemap::PASS.place)
-                && !super::table(missing.plan).of(missing.row.carrier).any(follows_write)
+                && missing.begins_with(tonemap::PASS.name)
+                && !table(missing.plan).of(missing.row.carrier).any(follows_write)
         },
         section: "Image Layout Transitions",
         says: TRANSITION,
@@ -423,7 +411,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         seen_from: None,
         is_about: |missing| {
             let Row { carrier, to, after, .. } = missing.row;
-            let leaves = carrier.is_render_pass() && *to == PassName::OUTSIDE;
+            let leaves = carrier.is_render_pass() && *to == Endpoint::OUTSIDE;
             // A row with an access is one for the copy that follows.
             missing.is_row() && leaves && after.access.is_empty()
         },
@@ -434,7 +422,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     },
     UnreportedMutants {
         seen_from: None,
-        is_about: |missing| missing.is_from_outside() && missing.row.to == pyramid::PASS.place,
+        is_about: |missing| missing.is_from_outside() && missing.row.to == pyramid::PASS.name,
         section: "Synchronization and Cache Control",
         says: FEW_GUARANTEES,
         why: "the layer is right as long as OCCLUDERS is between the two: occluders-reuse waits for the stage of CULL, and occluders-to-pyramid for \
@@ -479,7 +467,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     UnreportedMutants {
         seen_from: None,
         is_about: |missing| {
-            let is_drawn = missing.is_from_outside() && missing.row.to == forward::PASS.place;
+            let is_drawn = missing.is_from_outside() && missing.row.to == forward::PASS.name;
             let is_of_depth = missing.is_before(S::LATE_FRAGMENT_TESTS, A::DEPTH_STENCIL_ATTACHMENT_WRITE);
             is_drawn && missing.plan.presented.is_some() && is_of_depth
         },
@@ -493,7 +481,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         is_about: |missing| {
             let Row { to, before, .. } = missing.row;
             // Where the light or the G-buffer is drawn by an earlier subpass of the render pass.
-            let firsts = [geometry::PASS.place, lighting::PASS.place, forward::PASS.place];
+            let firsts = [geometry::PASS.name, lighting::PASS.name, forward::PASS.name];
             let is_later = firsts.into_iter().any(|first| first != *to && missing.begins_with(first));
             let is_available = missing.is_before(S::empty(), A::COLOR_ATTACHMENT_WRITE);
             let is_of_last_frame = before.stage.contains(S::COLOR_ATTACHMENT_OUTPUT);

@@ -1,16 +1,16 @@
-//! A render pass in the list: its dependencies, with those that are implicit, and its subpasses' touches of attachments ("Render Pass": load
-//! operations, layout changes, store operations).
+//! A render pass in the list: its dependencies, implicit ones included, and its subpasses' touches of attachments ("Render Pass": load operations,
+//! layout changes, store operations).
 
 use ash::vk::{self, AccessFlags2 as A, PipelineStageFlags2 as S};
 
 use super::program::{Memory, MemoryAccess, MemorySet, Program, Scope, Span, Sync, Time, TouchKind, Who};
-use crate::frame::list::RESOLVE;
-use crate::frame::render_pass::PassDescription;
-use crate::frame::rendering::AroundRendering;
-use crate::frame::rows::Row;
-use crate::gpu::sync::{Dependency, Use};
-use crate::passes::{ResourceUse, UseKind};
-use crate::plan::DEPTH;
+use afterlight::frame::list::RESOLVE;
+use afterlight::frame::render_pass::PassDescription;
+use afterlight::frame::rendering::AroundRendering;
+use afterlight::frame::rows::Row;
+use afterlight::gpu::sync::{Dependency, Use};
+use afterlight::passes::{ResourceUse, UseKind};
+use afterlight::plan::DEPTH;
 
 const COLOR: S = S::COLOR_ATTACHMENT_OUTPUT;
 const TESTS: S = S::from_raw(S::EARLY_FRAGMENT_TESTS.as_raw() | S::LATE_FRAGMENT_TESTS.as_raw());
@@ -35,7 +35,7 @@ pub(super) type Besides = (Memory, vk::ImageLayout, Use);
 /// An instance of a render pass that is being added.
 struct RenderPassInstance<'a> {
     pass: &'a PassDescription,
-    /// Of each attachment.
+    /// Memory of each attachment.
     memory: &'a [Memory],
     /// All memory that the instance touches: attachments, and the subpasses' touches besides.
     touched: MemorySet,
@@ -51,7 +51,7 @@ struct RenderPassInstance<'a> {
 const EXTERNAL: u32 = vk::SUBPASS_EXTERNAL;
 
 impl Program {
-    /// An instance of a pass. `memory` is that of its attachments, and `besides` has each subpass's other touches.
+    /// Adds an instance of a pass. `memory` is its attachments' memory, and `besides` has each subpass's other touches.
     pub(super) fn render_pass(
         &mut self,
         pass: &PassDescription,
@@ -238,7 +238,7 @@ impl<'a> RenderPassInstance<'a> {
             program.transition((who, memory), [from, layout], change, Some(self.id));
         }
 
-        // Its format says where it is loaded and stored, also where a pass only reads it as an input.
+        // The format decides the stages of load and store, even if the pass only reads the attachment as an input.
         let is_depth = description.format == DEPTH;
         let (time, local) = (self.times[subpass as usize], Some(self.id));
         // Rendering loads before its first draw, and stores after its last one.
@@ -294,8 +294,9 @@ impl<'a> RenderPassInstance<'a> {
         program.transition(end, [from, to], self.change((last, None)), Some(self.id));
     }
 
-    /// The dependencies that a layout change between two users is a part of; outside is none. By the specification it also comes after those from
-    /// its first user to others, and before those from others to its second one; here each change has a row of its own.
+    /// The dependencies that a layout change between two users is a part of; outside of the pass is `None`. By the specification the change also
+    /// comes after dependencies from its first user to others, and before dependencies from others to its second user; here each change has a
+    /// separate row.
     fn change(&self, (from, to): (Option<u32>, Option<u32>)) -> Vec<usize> {
         let ends = [from, to].map(|subpass| subpass.unwrap_or(EXTERNAL));
         self.dependencies.iter().filter(|(own, _)| *own == ends).map(|(_, index)| *index).collect()

@@ -1,16 +1,15 @@
-//! Properties of the table itself; that its rows are enough, and needed, is for `super::super::proof`.
+//! Properties of the table itself. That its rows are enough, and needed, is for the proof.
 
 use std::cell::Cell;
 use std::collections::BTreeSet;
 
 use ash::vk::{AccessFlags2 as A, PipelineStageFlags2 as S};
 
-use super::masks::SUPPORTED;
-use super::*;
-use crate::frame::list::StepList;
-use crate::frame::proof::FrameModel;
-use crate::passes::{Resource, UseKind, geometry, lighting};
-use crate::plan::samples;
+use afterlight::frame::list::StepList;
+use afterlight::frame::rows::*;
+use afterlight::gpu::sync::Use;
+use afterlight::passes::{Resource, UseKind, geometry, lighting};
+use afterlight::plan::{FramePlan, samples};
 
 fn each_plan(check: impl Fn(&str, &FramePlan, &Rows)) {
     for (name, plan) in samples::of_every_kind() {
@@ -96,7 +95,7 @@ fn rows_are_across_samples_where_one_side_reads_them_all_and_both_draw_as_many()
         for row in table.iter() {
             let between = row.is_between_subpasses() && plan.msaa > 1;
             assert!(!row.across_samples || between, "{name}: {}", row.name);
-            let expected = between && row.to == lighting::PASS.place && row.from == geometry::PASS.place;
+            let expected = between && row.to == lighting::PASS.name && row.from == geometry::PASS.name;
             // Where the two draw different numbers of samples, a region is a pixel with all of them.
             let is_across = reads_all(row.to) && drawn(row.from) == drawn(row.to);
             assert!(!expected || row.across_samples == is_across, "{name}: {}", row.name);
@@ -136,7 +135,7 @@ fn a_dropped_dependency_of_a_render_pass_is_gone_and_a_dropped_barrier_orders_no
 fn a_bit_goes_with_what_only_it_supports() {
     let (_, plan) = samples::plans().into_iter().find(|(_, plan)| plan.has_geometry()).expect("a G-buffer");
     let table = table(&plan);
-    let row = table.find(RowName::Pair(geometry::PASS.place, lighting::PASS.place)).expect("a row");
+    let row = table.find(RowName::Pair(geometry::PASS.name, lighting::PASS.name)).expect("a row");
     let without = |side, stage, access| {
         table
             .without_bits(row.name, side, Use::new(stage, access))
@@ -166,35 +165,5 @@ fn a_row_that_is_not_there_is_refused_with_a_suggestion_and_one_that_stays_with_
     for name in [RowName::HOST_TO_FRAME, RowName::FRAME_TO_HOST, RowName::COPY_TO_HOST, RowName::LAST_USE_TO_DESTROY] {
         let refused = table.without_bits(name, Side::After, Use::END).expect_err("it stays").to_string();
         assert!(refused.contains(name.name()) && refused.contains("cannot be dropped"), "{refused}");
-    }
-}
-
-/// Wider rows order all that the table orders, and still frames are not the same to the proof.
-#[test]
-fn frames_with_wider_rows_have_no_hazard() {
-    let carried = [
-        (Passes::Subpasses, SyncVersion::One),
-        (Passes::LocalRead, SyncVersion::Two),
-        (Passes::Stored, SyncVersion::One),
-    ];
-    for (index, (name, plan)) in samples::of_every_kind().into_iter().step_by(7).enumerate() {
-        let (passes, sync) = carried[index % carried.len()];
-        let plan = FramePlan { passes, sync, ..plan };
-        let table = table(&plan);
-        let hazards = |rows: &Rows| FrameModel::of(&plan, rows).hazards();
-        let all = table.all_widened(&plan);
-        assert!(hazards(&all).is_empty(), "{name}: {:?}", hazards(&all));
-        for (own, wide) in table.iter().zip(all.iter()) {
-            let stays = own.carrier.stays().is_some();
-            assert_eq!(own == wide, stays, "{name}: {}", own.name);
-            assert_eq!(table.widened(&plan, own.name).is_err(), stays, "{name}: {}", own.name);
-            let is_inside = wide.by_region;
-            assert!(!is_inside || plan.passes == Passes::LocalRead, "{name}: {}", own.name);
-        }
-        // One of them at a time is another frame as well.
-        let Some(one) = table.iter().filter(|row| row.carrier.stays().is_none()).nth(index % 5) else { continue };
-        let widened = table.widened(&plan, one.name).unwrap_or_else(|error| panic!("{name}: {error}"));
-        assert_eq!(widened.iter().zip(table.iter()).filter(|(wide, own)| wide != own).count(), 1, "{name}");
-        assert!(hazards(&widened).is_empty(), "{name}: {}: {:?}", one.name, hazards(&widened));
     }
 }

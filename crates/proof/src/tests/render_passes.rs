@@ -1,17 +1,22 @@
+//! The render passes of sample plans: attachments, references, loads and stores, and the rows that become dependencies.
+
 mod passes_and_rows;
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::*;
-use crate::frame::list::{SHADOW_PASS, Step};
-use crate::frame::rows;
-use crate::passes::{
-    ContentsIfFirst, Pass, Resource, UseKind, composite, forward, fxaa, gbuffer_inputs, geometry, lighting, tiled,
-    tonemap, transparent, view,
+use ash::vk;
+
+use afterlight::frame::layout_changes;
+use afterlight::frame::list::{RenderPassName, SHADOW_PASS, Step, StepList, Subpass as Listed};
+use afterlight::frame::render_pass::{PassDescription, SubpassAttachments};
+use afterlight::frame::rows::{self, Row, SyncKind};
+use afterlight::passes::{
+    ContentsIfFirst, Endpoint, Pass, Resource, ResourceUse, UseKind, composite, forward, fxaa, gbuffer_inputs,
+    geometry, lighting, tiled, tonemap, transparent, view,
 };
-use crate::plan::{self, Shading, samples};
-use crate::scene::{Keep, OptionalPart, Settings, Transparency};
-use crate::shaders::{self, Binding, BindingKind, NumberKind, Variant};
+use afterlight::plan::{self, FramePlan, Shading, Target, samples};
+use afterlight::scene::{Keep, OptionalPart, Settings, Transparency};
+use afterlight::shaders::{self, Binding, BindingKind, NumberKind, Variant};
 
 /// The variant that LIGHTING, or VIEW in its place, takes.
 fn lighting_variant(plan: &FramePlan) -> &'static Variant {
@@ -45,7 +50,7 @@ struct References {
 /// The render pass that lights opaque surfaces, or stores them for TILED.
 fn main_name(plan: &FramePlan) -> RenderPassName {
     let list = StepList::of(plan);
-    let places = [lighting::PASS.place, forward::PASS.place, geometry::PASS.place];
+    let places = [lighting::PASS.name, forward::PASS.name, geometry::PASS.name];
     places.into_iter().find_map(|place| list.find(place)).expect("a main pass").0
 }
 
@@ -58,7 +63,7 @@ fn attachments(plan: &FramePlan) -> Vec<(Target, vk::AttachmentDescription)> {
     StepList::of(plan).attachments(plan, main_name(plan))
 }
 
-fn has_subpass(plan: &FramePlan, place: PassName) -> bool {
+fn has_subpass(plan: &FramePlan, place: Endpoint) -> bool {
     StepList::of(plan).find(place).is_some()
 }
 
@@ -74,13 +79,20 @@ fn dependencies(plan: &FramePlan, name: RenderPassName) -> Vec<(Row, [u32; 2])> 
 impl References {
     fn of(plan: &FramePlan) -> Self {
         let pass = main_pass(plan);
-        let absent =
-            SubpassAttachments::of(&Listed { place: PassName::OUTSIDE, passes: Vec::new(), touches: Vec::new() }, &[]);
+        let absent = SubpassAttachments {
+            place: Endpoint::OUTSIDE,
+            input: Vec::new(),
+            color: Vec::new(),
+            resolve: Vec::new(),
+            depth: None,
+            preserve: Vec::new(),
+            touches: Vec::new(),
+        };
         Self { order: pass.targets(), subpasses: pass.subpasses, absent }
     }
 
     /// A subpass, or one that touches nothing.
-    fn at(&self, place: PassName) -> &SubpassAttachments {
+    fn at(&self, place: Endpoint) -> &SubpassAttachments {
         self.subpasses.iter().find(|own| own.place == place).unwrap_or(&self.absent)
     }
 
@@ -94,8 +106,8 @@ impl References {
     fn lit(&self) -> &SubpassAttachments {
         self.subpasses
             .iter()
-            .find(|own| own.place == forward::PASS.place)
-            .unwrap_or_else(|| self.at(lighting::PASS.place))
+            .find(|own| own.place == forward::PASS.name)
+            .unwrap_or_else(|| self.at(lighting::PASS.name))
     }
 }
 
@@ -108,11 +120,11 @@ fn geometry_writes_exactly_the_attachments_at_its_locations() {
     for (name, plan) in samples::plans() {
         let refs = References::of(&plan);
         let bound: BTreeSet<u32> = (0..)
-            .zip(&refs.at(geometry::PASS.place).color)
+            .zip(&refs.at(geometry::PASS.name).color)
             .filter(|(_, reference)| reference.attachment != vk::ATTACHMENT_UNUSED)
             .map(|(location, _)| location)
             .collect();
-        assert_eq!(refs.at(geometry::PASS.place).color.len(), plan.geometry_locations() as usize, "{name}");
+        assert_eq!(refs.at(geometry::PASS.name).color.len(), plan.geometry_locations() as usize, "{name}");
         for &key in &plan.geometry {
             let variant = shaders::geometry::variant(geometry::flags(&plan, key)).expect("a variant");
             let outputs = variant.fragment().expect("a fragment stage").fragment_outputs;
@@ -120,7 +132,7 @@ fn geometry_writes_exactly_the_attachments_at_its_locations() {
             assert_eq!(written, bound, "{name} {key:?}");
             for output in outputs {
                 let target =
-                    name_of(&refs, &refs.at(geometry::PASS.place).color[output.location as usize]).expect("a target");
+                    name_of(&refs, &refs.at(geometry::PASS.name).color[output.location as usize]).expect("a target");
                 let all = attachments(&plan);
                 let format = all.iter().find(|(own, _)| *own == target).expect("an attachment").1.format;
                 let integer = [vk::Format::R16G16_UINT, vk::Format::R32G32_UINT].contains(&format);
@@ -180,14 +192,14 @@ fn tonemap_reads_the_hdr_target_and_writes_the_output() {
     assert_eq!(reflected_inputs(tonemap), BTreeMap::from([(0, (0, 0))]));
     for (name, plan) in samples::plans() {
         let refs = References::of(&plan);
-        assert_eq!(has_subpass(&plan, tonemap::PASS.place), plan.hdr.is_some(), "{name}");
+        assert_eq!(has_subpass(&plan, tonemap::PASS.name), plan.hdr.is_some(), "{name}");
         let names = |list: &[vk::AttachmentReference]| list.iter().map(|r| name_of(&refs, r)).collect::<Vec<_>>();
         let (input, color) = match plan.hdr {
             Some(_) => (vec![Some(Target::Hdr)], vec![Some(Target::Output)]),
             None => (vec![], vec![]),
         };
         assert_eq!(
-            (names(&refs.at(tonemap::PASS.place).input), names(&refs.at(tonemap::PASS.place).color)),
+            (names(&refs.at(tonemap::PASS.name).input), names(&refs.at(tonemap::PASS.name).color)),
             (input, color),
             "{name}"
         );
@@ -209,18 +221,18 @@ fn transparent_surfaces_go_over_the_light_or_into_sums_that_composite_reads() {
         let names = |list: &[vk::AttachmentReference]| list.iter().map(|r| name_of(&refs, r)).collect::<Vec<_>>();
         let sums = [Some(Target::Accumulation), Some(Target::Weights)];
         let light = [Some(plan.light_target())];
-        let drawn = names(&refs.at(transparent::PASS.place).color);
+        let drawn = names(&refs.at(transparent::PASS.name).color);
         let kept: Vec<_> =
-            refs.at(transparent::PASS.place).preserve.iter().map(|&index| refs.order[index as usize]).collect();
+            refs.at(transparent::PASS.name).preserve.iter().map(|&index| refs.order[index as usize]).collect();
         match plan.transparency {
             Some(Transparency::Sorted) => assert_eq!((drawn, kept), (light.to_vec(), vec![]), "{name}"),
             Some(Transparency::Oit) => assert_eq!((drawn, kept), (sums.to_vec(), vec![plan.light_target()]), "{name}"),
             None => assert_eq!((drawn, kept), (vec![], vec![]), "{name}"),
         }
         let oit = plan.transparency == Some(Transparency::Oit);
-        assert_eq!(names(&refs.at(composite::PASS.place).input), if oit { sums.to_vec() } else { vec![] }, "{name}");
+        assert_eq!(names(&refs.at(composite::PASS.name).input), if oit { sums.to_vec() } else { vec![] }, "{name}");
         assert_eq!(
-            [transparent::PASS.place, composite::PASS.place].map(|place| has_subpass(&plan, place)),
+            [transparent::PASS.name, composite::PASS.name].map(|place| has_subpass(&plan, place)),
             [plan.transparency.is_some(), oit]
         );
         for &key in &plan.transparent {
@@ -240,8 +252,8 @@ fn transparent_surfaces_go_over_the_light_or_into_sums_that_composite_reads() {
 fn a_forward_frame_has_nothing_of_a_gbuffer() {
     for (name, plan) in samples::forward_plans() {
         let refs = References::of(&plan);
-        let indices = [geometry::PASS.place, lighting::PASS.place, forward::PASS.place]
-            .map(|place| StepList::of(&plan).find(place));
+        let indices =
+            [geometry::PASS.name, lighting::PASS.name, forward::PASS.name].map(|place| StepList::of(&plan).find(place));
         assert_eq!(indices, [None, None, Some((main_name(&plan), 0))], "{name}");
         assert!(refs.lit().input.is_empty(), "{name}");
         assert!(!plan.geometry.iter().any(|key| key.forward.is_none()), "{name}");
@@ -312,14 +324,14 @@ fn no_attachment_is_missing_unused_or_there_twice() {
         let distinct: BTreeSet<_> = refs.order.iter().collect();
         assert_eq!(distinct.len(), refs.order.len(), "{name}");
         let lists = [
-            &refs.at(geometry::PASS.place).color,
+            &refs.at(geometry::PASS.name).color,
             &refs.lit().input,
             &refs.lit().color,
-            &refs.at(transparent::PASS.place).color,
-            &refs.at(composite::PASS.place).input,
+            &refs.at(transparent::PASS.name).color,
+            &refs.at(composite::PASS.name).input,
             refs.resolve(),
-            &refs.at(tonemap::PASS.place).input,
-            &refs.at(tonemap::PASS.place).color,
+            &refs.at(tonemap::PASS.name).input,
+            &refs.at(tonemap::PASS.name).color,
         ];
         let mut used: BTreeSet<Target> = lists.into_iter().flatten().filter_map(|r| name_of(&refs, r)).collect();
         used.extend(plan.has_geometry().then_some(Target::Depth));
@@ -332,11 +344,11 @@ fn no_attachment_is_missing_unused_or_there_twice() {
 
 #[test]
 fn a_gap_between_locations_is_unused_and_not_another_target() {
-    let scene = samples::scene(vec![samples::material(crate::scene::Brdf::Phong)], vec![samples::sky()]);
+    let scene = samples::scene(vec![samples::material(afterlight::scene::Brdf::Phong)], vec![samples::sky()]);
     let plan = FramePlan::of(&scene, &samples::deferred(), &samples::device()).expect("a plan");
     let refs = References::of(&plan);
     let targets: Vec<_> =
-        refs.at(geometry::PASS.place).color.iter().map(|reference| name_of(&refs, reference)).collect();
+        refs.at(geometry::PASS.name).color.iter().map(|reference| name_of(&refs, reference)).collect();
     // Location 3 is emissive light's.
     assert_eq!(
         targets,
@@ -376,8 +388,8 @@ fn a_gbuffer_that_is_stored_lies_between_two_render_passes_and_nothing_else_chan
             let (Ok(whole), Ok(parted)) = (of(Keep::NONE), of(keep)) else { continue };
             assert!(!whole.stores_gbuffer && parted.stores_gbuffer, "{name}");
             let (list, rows) = (StepList::of(&parted), rows::table(&parted));
-            let first = list.attachments(&parted, RenderPassName::of(geometry::PASS.place));
-            let second = list.attachments(&parted, RenderPassName::of(lighting::PASS.place));
+            let first = list.attachments(&parted, RenderPassName::of(geometry::PASS.name));
+            let second = list.attachments(&parted, RenderPassName::of(lighting::PASS.name));
             for (target, description) in &first {
                 assert_eq!(description.store_op, vk::AttachmentStoreOp::STORE, "{name} {target:?}");
                 let usage = list.usage(&parted, *target);
@@ -426,7 +438,7 @@ fn what_is_blended_or_shown_over_nothing_starts_cleared() {
 #[test]
 fn a_tiled_frame_stores_what_its_compute_shader_binds_and_no_more() {
     for (name, plan) in samples::tiled_plans() {
-        let flags = crate::passes::tiled::flags(&plan);
+        let flags = afterlight::passes::tiled::flags(&plan);
         let entry = shaders::tiled::variant(flags).and_then(|variant| variant.compute()).expect("a variant");
         let bound: BTreeMap<u32, BindingKind> =
             entry.bindings.iter().filter(|b| b.set == 1).map(|b| (b.binding, b.kind)).collect();
@@ -435,8 +447,8 @@ fn a_tiled_frame_stores_what_its_compute_shader_binds_and_no_more() {
             assert_eq!(bound.get(&binding), Some(&BindingKind::SampledImage), "{name} {target:?}");
             stored.insert(target);
         }
-        assert_eq!(bound.contains_key(&crate::passes::tiled::EMISSIVE), plan.emissive, "{name}");
-        // Those and the output.
+        assert_eq!(bound.contains_key(&afterlight::passes::tiled::EMISSIVE), plan.emissive, "{name}");
+        // The shader binds the stored targets and the output.
         assert_eq!(bound.len(), stored.len() + 1, "{name}");
         let attached: BTreeSet<Target> = attachments(&plan).iter().map(|(target, _)| *target).collect();
         assert_eq!(stored, attached, "{name}");
@@ -473,13 +485,13 @@ fn subpasses_write_attachments_of_one_sample_count_and_resolve_into_the_output()
         let counts = |list: &[vk::AttachmentReference]| list.iter().filter_map(count).collect::<BTreeSet<_>>();
         let many = BTreeSet::from([plan.sample_count()]);
         if plan.has_geometry() {
-            assert!(counts(&refs.at(geometry::PASS.place).color).is_subset(&many), "{name}");
+            assert!(counts(&refs.at(geometry::PASS.name).color).is_subset(&many), "{name}");
         }
         // VIEW shows all samples at once, and then has no depth to test against.
         let lit = if plan.lighting_tests_depth() { many } else { BTreeSet::from([vk::SampleCountFlags::TYPE_1]) };
         assert_eq!(counts(&refs.lit().color), lit, "{name}");
         assert!(
-            counts(&refs.at(tonemap::PASS.place).color).iter().all(|count| *count == vk::SampleCountFlags::TYPE_1),
+            counts(&refs.at(tonemap::PASS.name).color).iter().all(|count| *count == vk::SampleCountFlags::TYPE_1),
             "{name}"
         );
         let resolved: Vec<_> = refs.resolve().iter().map(|reference| name_of(&refs, reference)).collect();
@@ -496,7 +508,7 @@ fn subpasses_write_attachments_of_one_sample_count_and_resolve_into_the_output()
 fn pictures_that_are_drawn_anew_have_the_numbers_of_their_passes_in_the_order() {
     let (_, mut scene) = samples::scenes().into_iter().find(|(name, _)| *name == "sunlit").expect("a scene");
     let mut settings = samples::deferred();
-    for variation in crate::plan::variations() {
+    for variation in afterlight::plan::variations() {
         (variation.scene)(&mut scene);
         (variation.settings)(&mut settings);
     }
@@ -514,7 +526,7 @@ fn pictures_that_are_drawn_anew_have_the_numbers_of_their_passes_in_the_order() 
 
 #[test]
 fn the_render_pass_stores_light_that_is_spread_and_the_next_one_loads_it_for_tonemap() {
-    let passes = |plan: &FramePlan| StepList::of(plan).passes().map(|pass| pass.place.name()).collect::<Vec<_>>();
+    let passes = |plan: &FramePlan| StepList::of(plan).passes().map(|pass| pass.name.name()).collect::<Vec<_>>();
     let is_alone = |plan: &FramePlan| plan.effects.bloom.is_some() && plan.effects.taa.is_none() && !plan.reflects();
     let plans: Vec<_> = samples::plans_of_effects().into_iter().filter(|(_, plan)| is_alone(plan)).collect();
     assert!(plans.len() > 100, "only {} plans", plans.len());
@@ -526,7 +538,7 @@ fn the_render_pass_stores_light_that_is_spread_and_the_next_one_loads_it_for_ton
             let all = list.attachments(&plan, pass);
             all.into_iter().find(|(target, _)| *target == Target::Hdr).expect("the light").1
         };
-        let (main, next) = (hdr(main_name(&plan)), hdr(RenderPassName::of(tonemap::PASS.place)));
+        let (main, next) = (hdr(main_name(&plan)), hdr(RenderPassName::of(tonemap::PASS.name)));
         let read = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
         assert_eq!((main.store_op, main.final_layout), (vk::AttachmentStoreOp::STORE, read), "{name}");
         assert_eq!((next.load_op, next.initial_layout), (vk::AttachmentLoadOp::LOAD, read), "{name}");
@@ -537,7 +549,7 @@ fn the_render_pass_stores_light_that_is_spread_and_the_next_one_loads_it_for_ton
     for (name, plan) in none {
         assert!(!passes(&plan).iter().any(|own| ["BLOOM", "SPREAD"].contains(own)), "{name}");
         assert!(
-            StepList::of(&plan).render_passes().all(|(own, _)| own != RenderPassName::of(tonemap::PASS.place)),
+            StepList::of(&plan).render_passes().all(|(own, _)| own != RenderPassName::of(tonemap::PASS.name)),
             "{name}"
         );
     }

@@ -4,17 +4,17 @@ use std::fmt;
 
 use ash::vk::{self, AccessFlags2 as A, PipelineStageFlags2 as S};
 
-use crate::frame::list::RenderPassName;
-use crate::frame::rows::{PassName, RowName, SUPPORTED};
-use crate::gpu::Queue;
-use crate::gpu::barrier::Half;
-use crate::gpu::sync::{DEVICE_ACCESS, Dependency, Use};
-use crate::passes::Resource;
+use afterlight::frame::list::RenderPassName;
+use afterlight::frame::rows::{Endpoint, RowName, SUPPORTED};
+use afterlight::gpu::Queue;
+use afterlight::gpu::barrier::Half;
+use afterlight::gpu::sync::{DEVICE_ACCESS, Dependency, Use};
+use afterlight::passes::Resource;
 
 /// A place in the order of submission.
 pub(super) type Time = u32;
 
-/// Some of the device's queues. The CPU and presentation are on all of them: what they do comes in the order of the calls.
+/// Some of the device's queues. The CPU and presentation are on all of them: their work happens in the order of the calls.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) struct QueueSet(u8);
 
@@ -41,22 +41,22 @@ pub(super) struct Span {
 }
 
 impl Span {
-    /// On the graphics queue.
+    /// A span on the graphics queue.
     pub(super) const fn between(from: Time, until: Time) -> Self {
         Self { from, until, queues: QueueSet::FIRST }
     }
 
-    /// Likewise.
+    /// A span on the graphics queue, up to this time.
     pub(super) const fn before(time: Time) -> Self {
         Self::between(0, time)
     }
 
-    /// Likewise.
+    /// A span on the graphics queue, from this time on.
     pub(super) const fn since(time: Time) -> Self {
         Self::between(time, Time::MAX)
     }
 
-    /// The same times on other queues.
+    /// Moves the span to other queues.
     pub(super) const fn on(self, queues: QueueSet) -> Self {
         Self { queues, ..self }
     }
@@ -90,9 +90,9 @@ pub(super) struct Sync {
     /// The memory that it is about; none for all of it. The specification lets dependencies of a render pass, and the execution dependency of any
     /// barrier, order all touches. Here they order the touches of their pass or their barrier: no pass may rest on another one's rows.
     pub(super) memory: Option<MemorySet>,
-    /// Its first scope has all that the span has, layout changes included: fences, and semaphores that are signaled.
+    /// True if its first scope is the whole span, layout changes included: fences, and semaphores that are signaled.
     pub(super) is_whole: bool,
-    /// The CPU waits.
+    /// True if the CPU waits.
     pub(super) is_fence: bool,
 }
 
@@ -178,7 +178,7 @@ impl fmt::Display for Memory {
 /// The author of a touch: a place of the frame, or the row that changes a layout.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Who {
-    At(PassName),
+    At(Endpoint),
     Row(RowName),
     /// The end of a render pass.
     End(RenderPassName),
@@ -232,8 +232,10 @@ impl MemoryAccess {
 #[derive(Debug, Default, PartialEq, Eq, Hash)]
 pub(super) struct Program {
     pub(super) touches: Vec<MemoryAccess>,
-    /// By the beginning of their second scopes.
+    /// Synchronizations, sorted by the beginning of their second scopes.
     pub(super) syncs: Vec<Sync>,
+    /// Images that do not begin in the layout UNDEFINED.
+    pub(super) layouts: Vec<(Memory, vk::ImageLayout)>,
     /// The frame that is being added.
     pub(super) frame: usize,
     /// The queue that commands are being added to.
@@ -244,6 +246,11 @@ pub(super) struct Program {
 }
 
 impl Program {
+    /// Nothing yet, with images that begin in these layouts.
+    pub(super) fn with_layouts(layouts: Vec<(Memory, vk::ImageLayout)>) -> Self {
+        Self { layouts, ..Self::default() }
+    }
+
     /// The next time.
     pub(super) fn step(&mut self) -> Time {
         self.now += 1;
@@ -261,7 +268,7 @@ impl Program {
     }
 
     /// A command that touches memory, each in a layout, in one go.
-    pub(super) fn command(&mut self, place: PassName, touches: &[(Memory, vk::ImageLayout, Use)]) {
+    pub(super) fn command(&mut self, place: Endpoint, touches: &[(Memory, vk::ImageLayout, Use)]) {
         let (time, group) = (self.step(), self.group());
         for &(memory, layout, uses) in touches {
             self.touch(&MemoryAccess { time, group, ..self.plain(memory, Who::At(place), layout) }, uses);
@@ -274,7 +281,7 @@ impl Program {
             memory,
             time: self.now,
             queue: match who {
-                Who::At(PassName::HOST | PassName::PRESENTATION) => None,
+                Who::At(Endpoint::HOST | Endpoint::PRESENTATION) => None,
                 _ => Some(self.queue),
             },
             who,
@@ -289,7 +296,7 @@ impl Program {
         }
     }
 
-    /// The same touch for each stage and each access that the stage supports.
+    /// Adds a copy of a touch for each stage and each access that the stage supports.
     pub(super) fn touch(&mut self, touch: &MemoryAccess, uses: Use) {
         for one in each(uses) {
             self.touches.push(MemoryAccess { stage: one.stage, access: one.access, ..touch.clone() });
@@ -301,13 +308,13 @@ impl Program {
         self.barrier_on(order, memory.map(|own| [own].into_iter().collect()))
     }
 
-    /// The same on several.
+    /// A pipeline barrier on all memory, or on several parts of it. Gives its index.
     pub(super) fn barrier_on(&mut self, order: Dependency, memory: Option<MemorySet>) -> usize {
         let queues = QueueSet::of(self.queue);
         self.order(order, queues, memory)
     }
 
-    /// Makes the CPU's earlier writes visible to what is submitted from now on, to any queue.
+    /// Makes the CPU's earlier writes visible to all later submissions, on any queue.
     pub(super) fn submission(&mut self, order: Dependency) {
         self.order(order, QueueSet::EVERY, None);
     }
@@ -383,7 +390,7 @@ impl Program {
         }
     }
 
-    /// Adds a synchronization whose second scope begins no earlier than those of all others.
+    /// Adds a synchronization whose second scope begins no earlier than all others'.
     pub(super) fn synchronize(&mut self, sync: Sync) -> usize {
         self.syncs.push(sync);
         self.syncs.len() - 1

@@ -6,7 +6,7 @@ use super::order::PRESENTATION;
 use super::program::{MemoryAccess, TouchKind};
 use super::words::noun;
 use super::{Hazard, HazardKind, kind_of};
-use crate::gpu::barrier::Half;
+use afterlight::gpu::barrier::Half;
 
 /// One side of a clash.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
@@ -28,7 +28,7 @@ pub struct End {
 pub struct Clash {
     /// The kind of hazard. Where a use comes after a layout change that itself came too soon, it is the kind that the two uses have without the change.
     pub kind: HazardKind,
-    /// The names of the memory, without articles where it is not one thing: `depth`, `the picture`.
+    /// The names of the memory, with an article only if it is one thing: `depth`, `the picture`.
     pub memories: Vec<&'static str>,
     /// The number of frames by which the earlier use comes before the later one's; 0 for a use before all frames.
     pub frames_apart: usize,
@@ -38,7 +38,8 @@ pub struct Clash {
     pub second: End,
 }
 
-/// Returns the clashes of hazards. Those that differ only in memory, stages, accesses and frames are one, and reads of wrong values come before layouts that change too soon.
+/// Returns the clashes of hazards. Clashes that differ only in memory, stages, accesses and frames are merged, and reads of wrong values come before
+/// layouts that change too soon.
 pub fn clashes(hazards: &[Hazard]) -> Vec<Clash> {
     let mut merged: Vec<Clash> = Vec::new();
     for clash in hazards.iter().filter_map(|hazard| hazard.clash.as_ref()) {

@@ -2,20 +2,20 @@
 
 use std::sync::Arc;
 
-use super::rows::Rows;
-use super::{Error, Picture, Renderer};
+use afterlight::frame::rows::Rows;
+use afterlight::frame::{Error, Picture, Renderer};
 #[cfg(feature = "present")]
-use super::{Outcome, Presenter};
-use crate::gpu::Device;
+use afterlight::frame::{Outcome, Presenter};
+use afterlight::gpu::Device;
 #[cfg(feature = "present")]
-use crate::gpu::{Error as GpuError, Surface, Vsync, vk};
+use afterlight::gpu::{Error as GpuError, Surface, Vsync, vk};
 #[cfg(feature = "present")]
-use crate::passes::overlay::{PanelDraw, PanelTexture, PanelVertex, Panels};
-use crate::scene::{Playing, Scene, Settings};
+use afterlight::passes::overlay::{PanelDraw, PanelTexture, PanelVertex, Panels};
+use afterlight::scene::{Playing, Scene, Settings};
 
-/// Draws so much that each dependency has something to order: frames in flight, in each of whose places another one follows, and copies of
-/// pictures under way while the next is drawn. Waits until all of it is done and destroyed, so that the layer has said all it has to say. The
-/// picture that was copied last.
+/// Draws enough frames that each dependency has something to order: frames in flight, each of whose slots is used again, and read-backs under way
+/// while the next frame is drawn. Waits until all of it is done and destroyed, so that the layer has reported everything. Returns the picture that
+/// was copied last.
 ///
 /// # Safety
 /// As of [`Renderer::with_rows`].
@@ -47,8 +47,8 @@ fn pose(renderer: &mut Renderer, scene: &Scene, frame: u32) -> Result<(), Error>
 }
 
 /// The way of pictures into a swapchain's images. No dependency depends on the images' format or encoding.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum PresentPath {
     /// The last pass draws into them.
     Straight,
@@ -60,14 +60,14 @@ pub enum PresentPath {
     EncodedKept,
 }
 
-/// The same of frames that are presented, on a surface without a display, with and without whatever may lie over the picture: another one beside it,
-/// panels, and a copy of it all. The first picture, with nothing beside it or over it.
+/// Draws like [`draw`], but presents the frames, on a surface without a display: with and without everything that may lie over the picture (another
+/// picture beside it, panels, and a copy of it all). Returns the first picture, with nothing beside it or over it.
 ///
 /// # Safety
 /// As of [`Renderer::with_rows`].
 ///
 /// # Errors
-/// As [`Presenter::fit`] and [`Presenter::draw`]; an instance without [`crate::gpu::HEADLESS`].
+/// As [`Presenter::fit`] and [`Presenter::draw`]; an instance without [`afterlight::gpu::HEADLESS`].
 #[cfg(feature = "present")]
 pub unsafe fn present(
     device: &Arc<Device>,
@@ -82,7 +82,7 @@ pub unsafe fn present(
     show_all(device, presenter, scene, settings, path)
 }
 
-/// [`present`] with the dependencies that [`super::rows::table`] has for the plan.
+/// [`present`] with the dependencies that [`afterlight::frame::rows::table`] has for the plan.
 ///
 /// # Errors
 /// As there.

@@ -9,13 +9,12 @@ use std::fmt;
 
 use ash::vk;
 
-use super::rows::unreported_mutants::RowPart;
-use super::rows::{PassName, Row, RowError, RowName, Rows};
-use crate::gpu::Queue;
-use crate::gpu::barrier::Half;
-use crate::gpu::sync::Use;
-use crate::passes::{Resource, copy};
-use crate::plan::FramePlan;
+use afterlight::frame::rows::{Endpoint, Row, RowError, RowName, RowPart, Rows};
+use afterlight::gpu::Queue;
+use afterlight::gpu::barrier::Half;
+use afterlight::gpu::sync::Use;
+use afterlight::passes::{Resource, copy};
+use afterlight::plan::FramePlan;
 use order::HappensBefore;
 use program::{Memory, MemoryAccess, Program, TouchKind, Who};
 
@@ -24,6 +23,8 @@ mod frames;
 mod order;
 mod program;
 mod render_pass;
+pub mod sequence;
+pub mod simulation;
 mod words;
 
 pub use clash::{Clash, End, clashes};
@@ -73,7 +74,7 @@ pub struct Hazard {
     pub first: String,
     /// The later use.
     pub second: String,
-    /// The same without Vulkan's terms.
+    /// The hazard without Vulkan's terms.
     pub consequence: Consequence,
     /// The two uses apart; none for a wrong layout or owner, which needs one use only.
     clash: Option<Clash>,
@@ -105,10 +106,10 @@ impl FrameModel {
         Self(frames::formulas(rows))
     }
 
-    /// The passes of the frame with most of them, in their order: subpasses, and dispatches and draws of their own.
-    pub fn passes(&self) -> Vec<PassName> {
-        let others = [PassName::HOST, PassName::UPLOAD, PassName::PRESENTATION, copy::PASS.place];
-        let is_pass = |place: &PassName| !others.contains(place);
+    /// The passes of the frame with most of them, in order: subpasses, and separate dispatches and draws.
+    pub fn passes(&self) -> Vec<Endpoint> {
+        let others = [Endpoint::HOST, Endpoint::UPLOAD, Endpoint::PRESENTATION, copy::PASS.name];
+        let is_pass = |place: &Endpoint| !others.contains(place);
         let of_frame = |frame: usize| {
             let touches = self.0.touches.iter().filter(|touch| touch.frame == frame);
             let places = touches.filter_map(|touch| match touch.who {
@@ -122,18 +123,18 @@ impl FrameModel {
         (1..=self.0.frame).map(of_frame).max_by_key(Vec::len).unwrap_or_default()
     }
 
-    /// None if every pair of touches is ordered.
+    /// Returns all hazards: none if every pair of touches is ordered.
     pub fn hazards(&self) -> Vec<Hazard> {
         hazards_of(&self.0).collect()
     }
 
-    /// Returns true if there are any: found sooner than all of them.
+    /// Returns true if there are no hazards; stops at the first one.
     pub fn are_safe(&self) -> bool {
         hazards_of(&self.0).next().is_none()
     }
 }
 
-/// Returns true if nothing is lost without a part of a row: it orders only what others order already.
+/// Returns true if a part of a row is superfluous: it orders only touches that others order already.
 ///
 /// # Errors
 /// As [`Rows::without_part`].
@@ -150,9 +151,9 @@ pub fn covered(plan: &FramePlan, rows: &Rows, row: &Row) -> Vec<RowPart> {
 /// The touches of memory so far.
 #[derive(Default)]
 struct AccessHistory<'a> {
-    /// By the last group that wrote it.
+    /// Writes of the last group that wrote it.
     writes: Vec<&'a MemoryAccess>,
-    /// Since then.
+    /// Reads since these writes.
     reads: Vec<&'a MemoryAccess>,
     layout: vk::ImageLayout,
     /// A use that the layout change since then does not wait for.
@@ -208,7 +209,8 @@ impl fmt::Display for Owner {
 /// The hazards of a program, as they are found.
 fn hazards_of(program: &Program) -> impl Iterator<Item = Hazard> {
     let order = HappensBefore::new(program);
-    let mut past: HashMap<Memory, AccessHistory> = HashMap::new();
+    let begin = |&(memory, layout): &(Memory, _)| (memory, AccessHistory { layout, ..AccessHistory::default() });
+    let mut past: HashMap<Memory, AccessHistory> = program.layouts.iter().map(begin).collect();
     // The touches of one memory by one group come together.
     let mut groups: Vec<Vec<&MemoryAccess>> = Vec::new();
     let mut last: HashMap<Memory, usize> = HashMap::new();
@@ -225,7 +227,7 @@ fn hazards_of(program: &Program) -> impl Iterator<Item = Hazard> {
 }
 
 impl<'a> AccessHistory<'a> {
-    /// Adds the touches of a group, and returns the hazards with those before it.
+    /// Adds the touches of a group, and returns their hazards with earlier touches.
     fn take(&mut self, order: &HappensBefore, group: &[&'a MemoryAccess]) -> Vec<Hazard> {
         let mut found = Vec::new();
         let mut report = |kind, first: String, second: &MemoryAccess, consequence, clash| {

@@ -42,7 +42,7 @@ fn in_full(mask: S) -> S {
     mask | copies | fetches | drawing
 }
 
-/// The stages of a first scope: those of its mask, and all that are logically earlier. A wait for the end of the pipe is one for everything.
+/// The stages of a first scope: its mask's, and all that are logically earlier. A wait for the end of the pipe waits for everything.
 fn with_earlier(mask: S) -> S {
     if mask.intersects(S::ALL_COMMANDS | S::BOTTOM_OF_PIPE) {
         return all_commands() | mask;
@@ -53,7 +53,7 @@ fn with_earlier(mask: S) -> S {
     DRAWING[..last].iter().fold(mask | indirect, |all, stage| all | *stage)
 }
 
-/// The stages of a second scope: those of its mask, and all that are logically later.
+/// The stages of a second scope: its mask's, and all that are logically later.
 fn with_later(mask: S) -> S {
     if mask.intersects(S::ALL_COMMANDS | S::TOP_OF_PIPE) {
         return all_commands() | mask;
@@ -126,9 +126,9 @@ pub(super) struct HappensBefore<'a> {
     program: &'a Program,
     /// The stages of each synchronization's first scope, with the logically earlier ones.
     firsts: Vec<S>,
-    /// Those of its second scope, with the logically later ones.
+    /// The stages of each synchronization's second scope, with the logically later ones.
     seconds: Vec<S>,
-    /// For each synchronization those that it may follow in a chain.
+    /// For each synchronization, the earlier ones that it may follow in a chain.
     before: Vec<Bits>,
     /// Results so far.
     reached: RefCell<HashMap<ReachKey, Rc<Reached>>>,
@@ -137,7 +137,7 @@ pub(super) struct HappensBefore<'a> {
 impl<'a> HappensBefore<'a> {
     pub(super) fn new(program: &'a Program) -> Self {
         let syncs = &program.syncs;
-        // By their second scopes, so that a chain only leads on.
+        // Synchronizations are sorted by their second scopes, so that a chain leads only forward.
         debug_assert!(syncs.is_sorted_by_key(|sync| sync.second.span.from));
         let seconds: Vec<_> = syncs.iter().map(|sync| with_later(sync.second.mask.stage)).collect();
         let firsts: Vec<_> = syncs.iter().map(|sync| with_earlier(sync.first.mask.stage)).collect();
@@ -156,7 +156,7 @@ impl<'a> HappensBefore<'a> {
     }
 
     // ANCHOR: has
-    /// Returns true if `first` is over before `second` begins, and what it wrote, if it did, is there.
+    /// Returns true if `first` is over before `second` begins, and its writes, if any, have reached `second`.
     pub(super) fn has(&self, first: &MemoryAccess, second: &MemoryAccess) -> bool {
         // A dependency by region orders touches of the same pixel alone, in the same instance of a render pass.
         let local = first.local.filter(|_| first.local == second.local);

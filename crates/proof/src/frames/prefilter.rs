@@ -3,9 +3,9 @@
 use ash::vk::ImageLayout as L;
 
 use super::{FrameModelBuilder, TEXTURE};
-use crate::frame::proof::program::Memory;
-use crate::frame::rows::{PassName, RowName};
-use crate::passes::{Resource, prefilter};
+use crate::program::Memory;
+use afterlight::frame::rows::{Endpoint, RowName};
+use afterlight::passes::{Resource, prefilter};
 
 impl FrameModelBuilder<'_> {
     /// Adds it, with the barriers around it.
@@ -16,7 +16,7 @@ impl FrameModelBuilder<'_> {
         self.image_barrier(RowName::SKY_LIGHT_TO_PREFILTER, Memory::of(Resource::SkyLight));
         let sky = (TEXTURE, self.plan.layouts.of(L::SHADER_READ_ONLY_OPTIMAL), prefilter::SKY_READ);
         self.program
-            .command(PassName::PREFILTER, &[sky, (Memory::of(Resource::SkyLight), L::GENERAL, prefilter::LIGHT_WRITE)]);
+            .command(Endpoint::PREFILTER, &[sky, (Memory::of(Resource::SkyLight), L::GENERAL, prefilter::LIGHT_WRITE)]);
         self.image_barrier(RowName::PREFILTER_TO_LIGHTING, Memory::of(Resource::SkyLight));
     }
 }

@@ -17,7 +17,7 @@ fn dependencies_are_the_rows_of_the_table() {
         }
         let shadow = dependencies(&plan, SHADOW_PASS);
         assert_eq!(shadow.is_empty(), plan.shadow.is_none(), "{name}");
-        // Into the one subpass and out of it.
+        // Dependencies lead into the one subpass and out of it.
         let ends: Vec<_> = shadow.iter().map(|&(_, ends)| ends).collect();
         assert!(
             ends.iter().all(|ends| matches!(ends, [vk::SUBPASS_EXTERNAL, 0] | [0, vk::SUBPASS_EXTERNAL])),
@@ -46,8 +46,8 @@ fn the_list_and_the_rows_of_every_plan_agree() {
 /// A render pass of two subpasses with these touches, called GEOMETRY and LIGHTING.
 fn two(first: Vec<ResourceUse>, second: Vec<ResourceUse>) -> StepList {
     let subpass = |place, touches| Listed { place, passes: Vec::new(), touches };
-    let subpasses = vec![subpass(geometry::PASS.place, first), subpass(lighting::PASS.place, second)];
-    StepList(vec![Step::RenderPass(RenderPassName::of(geometry::PASS.place), subpasses)])
+    let subpasses = vec![subpass(geometry::PASS.name, first), subpass(lighting::PASS.name, second)];
+    StepList(vec![Step::RenderPass(RenderPassName::of(geometry::PASS.name), subpasses)])
 }
 
 #[test]
