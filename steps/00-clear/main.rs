@@ -50,7 +50,7 @@ impl Frame {
         let to_clear = vk::ImageMemoryBarrier::default().image(self.picture.raw).subresource_range(self.picture.range);
         let to_clear = to_clear.old_layout(Layout::UNDEFINED).new_layout(Layout::TRANSFER_DST_OPTIMAL);
         let to_clear = [to_clear.dst_access_mask(Access::TRANSFER_WRITE)];
-        // The copy reads what the clear wrote, in another layout. Commands of one stage overlap, too: without this barrier the copy may read before the clear has
+        // The copy reads the cleared image, in another layout. Commands of one stage overlap, too: without this barrier the copy may read before the clear has
         // written. Without the first mask the clear's texels may stay in a cache, without the second one the copy may read older texels out of its own.
         let read_back = vk::ImageMemoryBarrier::default().image(self.picture.raw).subresource_range(self.picture.range);
         let read_back = read_back.old_layout(Layout::TRANSFER_DST_OPTIMAL).new_layout(Layout::TRANSFER_SRC_OPTIMAL);
@@ -75,7 +75,7 @@ impl Frame {
         let layers = vk::ImageSubresourceLayers::default().aspect_mask(vk::ImageAspectFlags::COLOR).layer_count(1);
         let region = vk::BufferImageCopy::default().image_subresource(layers).image_extent(SIZE.into());
         let region = [region.buffer_offset(BYTES * number)];
-        // `picture-to-host`: the host reads what the copy wrote. The fence makes the host wait until the copy is done. It does not make what the copy wrote visible
+        // `picture-to-host`: the host reads the copied picture. The fence makes the host wait until the copy is done. It does not make the copied picture visible
         // to the host, as this barrier does: without it the picture may stay in a cache of the device.
         let to_host = vk::MemoryBarrier::default().src_access_mask(Access::TRANSFER_WRITE);
         let to_host = [to_host.dst_access_mask(Access::HOST_READ)];

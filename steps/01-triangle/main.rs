@@ -72,7 +72,7 @@ impl Frame {
         let layers = vk::ImageSubresourceLayers::default().aspect_mask(vk::ImageAspectFlags::COLOR).layer_count(1);
         let region = vk::BufferImageCopy::default().image_subresource(layers).image_extent(SIZE.into());
         let region = [region.buffer_offset(BYTES * number)];
-        // `picture-to-host`: the host reads what the copy wrote. The fence makes the host wait until the copy is done. It does not make what the copy wrote visible
+        // `picture-to-host`: the host reads the copied picture. The fence makes the host wait until the copy is done. It does not make the copied picture visible
         // to the host, as this barrier does: without it the picture may stay in a cache of the device.
         let to_host = vk::MemoryBarrier::default().src_access_mask(Access::TRANSFER_WRITE);
         let to_host = [to_host.dst_access_mask(Access::HOST_READ)];
@@ -101,7 +101,7 @@ fn render_pass(gpu: &Gpu) -> Result<vk::RenderPass> {
     let reuse = vk::SubpassDependency::default().src_subpass(vk::SUBPASS_EXTERNAL).dst_subpass(0);
     let reuse = reuse.src_stage_mask(Stage::TRANSFER).dst_stage_mask(Stage::COLOR_ATTACHMENT_OUTPUT);
     let reuse = reuse.dst_access_mask(gpu.keep("reuse-write", Access::COLOR_ATTACHMENT_WRITE));
-    // `read-back`: the copy reads what this subpass wrote. Without this row it may read before the picture is there.
+    // `read-back`: the copy reads the picture of this subpass, and may read it before it is drawn if this row is missing.
     let read_back = vk::SubpassDependency::default().src_subpass(0).dst_subpass(vk::SUBPASS_EXTERNAL);
     let read_back = read_back.src_stage_mask(Stage::COLOR_ATTACHMENT_OUTPUT).dst_stage_mask(Stage::TRANSFER);
     let read_back = read_back.src_access_mask(Access::COLOR_ATTACHMENT_WRITE);

@@ -54,7 +54,8 @@ fn main() -> ExitCode {
     let mut newer = vk::PhysicalDeviceVulkan13Features::default().dynamic_rendering(true).synchronization2(true);
     let mut read = vk::PhysicalDeviceDynamicRenderingLocalReadFeaturesKHR::default().dynamic_rendering_local_read(true);
     let features = vk::PhysicalDeviceFeatures2::default().features(features).push_next(&mut newer).push_next(&mut read);
-    run(&Needs { api_version: vk::API_VERSION_1_3, extensions: &[local_read::NAME], features }, draw)
+    let (api_version, extensions) = (vk::API_VERSION_1_3, &[local_read::NAME][..]);
+    run(&Needs { api_version, extensions, features, ..Needs::default() }, draw)
 }
 
 fn draw(gpu: &Gpu) -> Result<()> {
@@ -157,7 +158,7 @@ impl Frame {
         let layers = vk::ImageSubresourceLayers::default().aspect_mask(vk::ImageAspectFlags::COLOR).layer_count(1);
         let region = vk::BufferImageCopy::default().image_subresource(layers).image_extent(SIZE.into());
         let region = [region.buffer_offset(BYTES * number)];
-        // `picture-to-host`: the host reads what the copy wrote. The fence makes the host wait until the copy is done. It does not make what the copy wrote visible
+        // `picture-to-host`: the host reads the copied picture. The fence makes the host wait until the copy is done. It does not make the copied picture visible
         // to the host, as this barrier does: without it the picture may stay in a cache of the device.
         let to_host = vk::MemoryBarrier2::default().src_access_mask(Access::TRANSFER_WRITE);
         let to_host = to_host.src_stage_mask(Stage::TRANSFER).dst_stage_mask(Stage::HOST);
@@ -194,7 +195,7 @@ fn upload(gpu: &Gpu, cmd: vk::CommandBuffer, name: &str, data: &[u8]) -> Result<
     let usage = vk::BufferUsageFlags::VERTEX_BUFFER | vk::BufferUsageFlags::INDEX_BUFFER;
     let info = info.usage(usage | vk::BufferUsageFlags::TRANSFER_DST);
     let buffer = gpu.buffer(name, &info, vk::MemoryPropertyFlags::DEVICE_LOCAL)?;
-    // `upload-to-vertices`: draws fetch what the copy wrote. Without this row the first frame may fetch before it is there, without the masks out of a stale cache.
+    // `upload-to-vertices`: draws fetch the copied vertices and indices. Without this row the first frame may fetch before it is there, without the masks out of a stale cache.
     let row = vk::MemoryBarrier2::default().src_access_mask(Access::TRANSFER_WRITE);
     let row = row.src_stage_mask(Stage::TRANSFER).dst_stage_mask(Stage::VERTEX_INPUT);
     let row = [row.dst_access_mask(gpu.keep("fetch", Access::VERTEX_ATTRIBUTE_READ | Access::INDEX_READ))];
@@ -210,7 +211,7 @@ fn upload(gpu: &Gpu, cmd: vk::CommandBuffer, name: &str, data: &[u8]) -> Result<
 }
 
 /// The lights, which the host writes: x, y, z in metres, and red, green, blue in candela, each padded to four floats, as uniform buffers have them.
-/// `host-to-frame`: shaders read what the host wrote. Submitting makes visible what the host wrote before, so this row is the order of two calls. Written after the
+/// `host-to-frame`: shaders read lights that the host wrote. Submitting makes earlier writes of the host visible, so this row is the order of two calls. Written after the
 /// submission, the lights may come too late; without this line they never come.
 fn lights(gpu: &Gpu) -> Result<Buffer> {
     let floats: Vec<_> = scene::lights().iter().flat_map(|light| [light.position, light.candela]).collect();
@@ -276,7 +277,7 @@ fn rows(gpu: &Gpu, images: &[Image; 5]) -> Rows {
     let reuse = reuse.dst_access_mask(Access::COLOR_ATTACHMENT_WRITE | clear_depth);
     let gbuffer = [0, 1, 2].map(|number| reuse.image(images[number].raw).subresource_range(images[number].range));
     let [position, normal, albedo] = gbuffer.map(|row| row.new_layout(Layout::RENDERING_LOCAL_READ_KHR));
-    // `gbuffer-to-lighting`: a pixel reads what geometry wrote there, and as the last user drops it, which is a write. BY_REGION: a pixel waits for its own region
+    // `gbuffer-to-lighting`: a pixel reads the texels that geometry wrote there, and as the last user drops it, which is a write. BY_REGION: a pixel waits for its own region
     // alone. Without that flag all pixels wait for all, and the G-buffer has to leave the tile.
     let read = vk::MemoryBarrier2::default();
     let read = read.src_stage_mask(Stage::COLOR_ATTACHMENT_OUTPUT);
@@ -289,7 +290,7 @@ fn rows(gpu: &Gpu, images: &[Image; 5]) -> Rows {
     let again = row(4, [Layout::UNDEFINED, Layout::COLOR_ATTACHMENT_OPTIMAL]);
     let again = again.src_stage_mask(Stage::TRANSFER).dst_stage_mask(Stage::COLOR_ATTACHMENT_OUTPUT);
     let again = again.dst_access_mask(Access::COLOR_ATTACHMENT_WRITE);
-    // `read-back`: the copy reads what this subpass wrote. Without this row it may read before the picture is there.
+    // `read-back`: the copy reads the picture of this subpass, and may read it before it is drawn if this row is missing.
     let read_back = row(4, [Layout::COLOR_ATTACHMENT_OPTIMAL, Layout::TRANSFER_SRC_OPTIMAL]);
     let read_back = read_back.src_stage_mask(Stage::COLOR_ATTACHMENT_OUTPUT).dst_stage_mask(Stage::TRANSFER);
     let read_back = read_back.src_access_mask(Access::COLOR_ATTACHMENT_WRITE);

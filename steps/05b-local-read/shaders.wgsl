@@ -26,7 +26,7 @@ fn vertex(@location(0) position: vec3<f32>, @location(1) normal: vec3<f32>, @loc
     return Varying(push.clip_from_world * vec4(position, 1.0), position, normal, albedo);
 }
 
-// The light that a matt surface sends to every side: albedo / pi of what arrives (Lambert).
+// The light that a matt surface sends to every side: albedo / pi of the light that arrives (Lambert).
 fn lit(position: vec3<f32>, normal: vec3<f32>, albedo: vec3<f32>) -> vec3<f32> {
     var lux = vec3(0.0);
     for (var i = 0; i < 64; i++) {

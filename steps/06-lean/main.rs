@@ -141,7 +141,7 @@ impl Frame {
         let layers = vk::ImageSubresourceLayers::default().aspect_mask(vk::ImageAspectFlags::COLOR).layer_count(1);
         let region = vk::BufferImageCopy::default().image_subresource(layers).image_extent(SIZE.into());
         let region = [region.buffer_offset(BYTES * number)];
-        // `picture-to-host`: the host reads what the copy wrote. The fence makes the host wait until the copy is done. It does not make what the copy wrote visible
+        // `picture-to-host`: the host reads the copied picture. The fence makes the host wait until the copy is done. It does not make the copied picture visible
         // to the host, as this barrier does: without it the picture may stay in a cache of the device.
         let to_host = vk::MemoryBarrier::default().src_access_mask(Access::TRANSFER_WRITE);
         let to_host = [to_host.dst_access_mask(Access::HOST_READ)];
@@ -191,7 +191,7 @@ fn upload(gpu: &Gpu, cmd: vk::CommandBuffer, name: &str, data: &[u8]) -> Result<
     let usage = vk::BufferUsageFlags::VERTEX_BUFFER | vk::BufferUsageFlags::INDEX_BUFFER;
     let info = info.usage(usage | vk::BufferUsageFlags::TRANSFER_DST);
     let buffer = gpu.buffer(name, &info, vk::MemoryPropertyFlags::DEVICE_LOCAL)?;
-    // `upload-to-vertices`: draws fetch what the copy wrote. Without this row the first frame may fetch before it is there, without the masks out of a stale cache.
+    // `upload-to-vertices`: draws fetch the copied vertices and indices. Without this row the first frame may fetch before it is there, without the masks out of a stale cache.
     let row = vk::MemoryBarrier::default().src_access_mask(Access::TRANSFER_WRITE);
     let row = [row.dst_access_mask(gpu.keep("fetch", Access::VERTEX_ATTRIBUTE_READ | Access::INDEX_READ))];
     let none = vk::DependencyFlags::empty();
@@ -207,7 +207,7 @@ fn upload(gpu: &Gpu, cmd: vk::CommandBuffer, name: &str, data: &[u8]) -> Result<
 }
 
 /// The lights, which the host writes: x, y, z in metres, and red, green, blue in candela, each padded to four floats, as uniform buffers have them.
-/// `host-to-frame`: shaders read what the host wrote. Submitting makes visible what the host wrote before, so this row is the order of two calls. Written after the
+/// `host-to-frame`: shaders read lights that the host wrote. Submitting makes earlier writes of the host visible, so this row is the order of two calls. Written after the
 /// submission, the lights may come too late; without this line they never come.
 fn lights(gpu: &Gpu) -> Result<Buffer> {
     let floats: Vec<_> = scene::lights().iter().flat_map(|light| [light.position, light.candela]).collect();
@@ -284,7 +284,7 @@ fn render_pass(gpu: &Gpu) -> Result<vk::RenderPass> {
     let reuse = reuse.dst_stage_mask(Stage::COLOR_ATTACHMENT_OUTPUT | Stage::EARLY_FRAGMENT_TESTS);
     let clear_depth = gpu.keep("clear-depth", Access::DEPTH_STENCIL_ATTACHMENT_WRITE);
     let reuse = reuse.dst_access_mask(Access::COLOR_ATTACHMENT_WRITE | clear_depth);
-    // `gbuffer-to-lighting`: a pixel reads what geometry wrote there, and as the last user drops it, which is a write. BY_REGION: a pixel waits for its own region
+    // `gbuffer-to-lighting`: a pixel reads the texels that geometry wrote there, and as the last user drops it, which is a write. BY_REGION: a pixel waits for its own region
     // alone. Without that flag all pixels wait for all, and the G-buffer has to leave the tile.
     let read = vk::SubpassDependency::default().src_subpass(0).dst_subpass(1);
     // Early and late tests write depth, so both must be over. The drop of depth belongs to the late tests.
@@ -303,7 +303,7 @@ fn render_pass(gpu: &Gpu) -> Result<vk::RenderPass> {
     let again = vk::SubpassDependency::default().src_subpass(vk::SUBPASS_EXTERNAL).dst_subpass(1);
     let again = again.src_stage_mask(Stage::TRANSFER).dst_stage_mask(Stage::COLOR_ATTACHMENT_OUTPUT);
     let again = again.dst_access_mask(Access::COLOR_ATTACHMENT_WRITE);
-    // `read-back`: the copy reads what this subpass wrote. Without this row it may read before the picture is there.
+    // `read-back`: the copy reads the picture of this subpass, and may read it before it is drawn if this row is missing.
     let read_back = vk::SubpassDependency::default().src_subpass(1).dst_subpass(vk::SUBPASS_EXTERNAL);
     let read_back = read_back.src_stage_mask(Stage::COLOR_ATTACHMENT_OUTPUT).dst_stage_mask(Stage::TRANSFER);
     let read_back = read_back.src_access_mask(Access::COLOR_ATTACHMENT_WRITE);

@@ -114,7 +114,7 @@ fn lighting(@builtin(position) pixel: vec4<f32>) -> @location(0) vec4<f32> {
     return vec4(min(lit(place_of(pixel.xy, depth), normal, albedo.xyz, roughness, metallic), vec3(65504.0)), 1.0);
 }
 
-// Khronos PBR Neutral (2024): colours stay as they are up to 0.76, brighter ones are compressed below 1 and lose colour. By the exposure half a nit is 1.
+// Khronos PBR Neutral (2024): colours stay as they are up to 0.76, brighter ones are compressed below 1 and lose colour. The exposure makes 1 of half a nit.
 @fragment
 fn tonemap() -> @location(0) vec4<f32> {
     let exposed = textureLoad(subpass_light, vec2(0, 0), 0).xyz * 2.0;

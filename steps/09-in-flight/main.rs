@@ -136,8 +136,8 @@ fn animate(gpu: &Gpu, frames: &[Frame]) -> Result<Vec<Vec<u8>>> {
         }
         // SAFETY: the commands are recorded anew when the device is done with them, and what they name lives until it is idle.
         unsafe {
-            // `frame-to-host`: the host reads the picture, and writes commands and lights anew, when the last frame that used them is done. Before this line it would
-            // write what the device still reads. No barrier can help: those order the device's work alone.
+            // `frame-to-host`: the host reads the picture, and writes commands and lights anew, when the last frame that used them is done. An earlier write would
+            // change data that the device still reads. No barrier can help, since barriers order the device's work alone.
             gpu.device.wait_for_fences(&[frame.done], true, u64::MAX)?;
             if number >= frames.len() {
                 pictures.push(gpu.read(&frame.pixels)?);
@@ -225,7 +225,7 @@ impl Frame {
         let layers = vk::ImageSubresourceLayers::default().aspect_mask(vk::ImageAspectFlags::COLOR).layer_count(1);
         let region = vk::BufferImageCopy::default().image_subresource(layers).image_extent(SIZE.into());
         let region = [region.buffer_offset(BYTES * number)];
-        // `picture-to-host`: the host reads what the copy wrote. The fence makes the host wait until the copy is done. It does not make what the copy wrote visible
+        // `picture-to-host`: the host reads the copied picture. The fence makes the host wait until the copy is done. It does not make the copied picture visible
         // to the host, as this barrier does: without it the picture may stay in a cache of the device.
         let to_host = vk::MemoryBarrier::default().src_access_mask(Access::TRANSFER_WRITE);
         let to_host = [to_host.dst_access_mask(Access::HOST_READ)];
@@ -282,7 +282,7 @@ fn upload(gpu: &Gpu, cmd: vk::CommandBuffer, name: &str, data: &[u8]) -> Result<
     let usage = vk::BufferUsageFlags::VERTEX_BUFFER | vk::BufferUsageFlags::INDEX_BUFFER;
     let info = info.usage(usage | vk::BufferUsageFlags::TRANSFER_DST);
     let buffer = gpu.buffer(name, &info, vk::MemoryPropertyFlags::DEVICE_LOCAL)?;
-    // `upload-to-vertices`: draws fetch what the copy wrote. Without this row the first frame may fetch before it is there, without the masks out of a stale cache.
+    // `upload-to-vertices`: draws fetch the copied vertices and indices. Without this row the first frame may fetch before it is there, without the masks out of a stale cache.
     let row = vk::MemoryBarrier::default().src_access_mask(Access::TRANSFER_WRITE);
     let row = [row.dst_access_mask(gpu.keep("fetch", Access::VERTEX_ATTRIBUTE_READ | Access::INDEX_READ))];
     let none = vk::DependencyFlags::empty();
@@ -298,7 +298,7 @@ fn upload(gpu: &Gpu, cmd: vk::CommandBuffer, name: &str, data: &[u8]) -> Result<
 }
 
 /// The lights, which the host writes: x, y, z in metres, and red, green, blue in candela, each padded to four floats, as uniform buffers have them.
-/// `host-to-frame`: shaders read what the host wrote. Submitting makes visible what the host wrote before, so this row is the order of two calls. Written after the
+/// `host-to-frame`: shaders read lights that the host wrote. Submitting makes earlier writes of the host visible, so this row is the order of two calls. Written after the
 /// submission, the lights may come too late; without this line they never come.
 fn lights_at(number: usize) -> Vec<f32> {
     // The lights rise and fall. The last one is the sun: a direction and lux.
@@ -353,11 +353,11 @@ fn shadow_pass(gpu: &Gpu) -> Result<vk::RenderPass> {
     let attachments = [attachment(DEPTH_FORMAT, LoadOp::CLEAR, StoreOp::STORE, layouts)];
     let depth = vk::AttachmentReference { attachment: 0, layout: Layout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL };
     let subpasses = [vk::SubpassDescription::default().depth_stencil_attachment(&depth)];
-    // `shadow-reuse`: this frame clears the map that the lighting of the last one reads. Without this row shadows of two frames mix.
+    // `shadow-reuse`: this frame clears the map that the lighting of the last one reads. Shadows of two frames mix if this row is missing.
     let reuse = vk::SubpassDependency::default().src_subpass(vk::SUBPASS_EXTERNAL).dst_subpass(0);
     let reuse = reuse.src_stage_mask(Stage::FRAGMENT_SHADER).dst_stage_mask(Stage::EARLY_FRAGMENT_TESTS);
     let reuse = reuse.dst_access_mask(Access::DEPTH_STENCIL_ATTACHMENT_WRITE);
-    // `shadow-to-lighting`: lighting reads any texel of the map, so all of it must be there: this row is not by region. Without it shadows are missing, or old.
+    // `shadow-to-lighting`: lighting reads any texel of the map, so all of it must be there: this row is not by region. Shadows are missing or old if it is absent.
     let read = vk::SubpassDependency::default().src_subpass(0).dst_subpass(vk::SUBPASS_EXTERNAL);
     let read = read.src_stage_mask(Stage::EARLY_FRAGMENT_TESTS | Stage::LATE_FRAGMENT_TESTS);
     let read = read.dst_stage_mask(Stage::FRAGMENT_SHADER);
@@ -406,7 +406,7 @@ fn render_pass(gpu: &Gpu) -> Result<vk::RenderPass> {
     let reuse = reuse.dst_stage_mask(Stage::COLOR_ATTACHMENT_OUTPUT | Stage::EARLY_FRAGMENT_TESTS);
     let clear_depth = gpu.keep("clear-depth", Access::DEPTH_STENCIL_ATTACHMENT_WRITE);
     let reuse = reuse.dst_access_mask(Access::COLOR_ATTACHMENT_WRITE | clear_depth);
-    // `gbuffer-to-lighting`: a pixel reads what geometry wrote there, and as the last user drops it, which is a write. BY_REGION: a pixel waits for its own region
+    // `gbuffer-to-lighting`: a pixel reads the texels that geometry wrote there, and as the last user drops it, which is a write. BY_REGION: a pixel waits for its own region
     // alone. Without that flag all pixels wait for all, and the G-buffer has to leave the tile.
     let read = vk::SubpassDependency::default().src_subpass(0).dst_subpass(1);
     // Early and late tests write depth, so both must be over. The drop of depth belongs to the late tests.
@@ -425,7 +425,7 @@ fn render_pass(gpu: &Gpu) -> Result<vk::RenderPass> {
     let hdr = hdr.src_stage_mask(Stage::FRAGMENT_SHADER | Stage::COLOR_ATTACHMENT_OUTPUT);
     let hdr = hdr.src_access_mask(Access::COLOR_ATTACHMENT_WRITE).dst_stage_mask(Stage::COLOR_ATTACHMENT_OUTPUT);
     let hdr = hdr.dst_access_mask(Access::COLOR_ATTACHMENT_WRITE);
-    // `hdr-to-tonemap`: tone mapping reads the light of its own pixel, and drops it. A glow that takes light from its neighbours would have to end the render pass.
+    // `hdr-to-tonemap`: tone mapping reads the light of its pixel, and drops it. A glow that takes light from its neighbours would have to end the render pass.
     let map = vk::SubpassDependency::default().src_subpass(1).dst_subpass(2);
     let map = map.dependency_flags(vk::DependencyFlags::BY_REGION).src_stage_mask(Stage::COLOR_ATTACHMENT_OUTPUT);
     let map = map.dst_stage_mask(Stage::FRAGMENT_SHADER | Stage::COLOR_ATTACHMENT_OUTPUT);
@@ -437,7 +437,7 @@ fn render_pass(gpu: &Gpu) -> Result<vk::RenderPass> {
     let again = vk::SubpassDependency::default().src_subpass(vk::SUBPASS_EXTERNAL).dst_subpass(2);
     let again = again.src_stage_mask(Stage::TRANSFER).dst_stage_mask(Stage::COLOR_ATTACHMENT_OUTPUT);
     let again = again.dst_access_mask(Access::COLOR_ATTACHMENT_WRITE);
-    // `read-back`: the copy reads what this subpass wrote. Without this row it may read before the picture is there.
+    // `read-back`: the copy reads the picture of this subpass, and may read it before it is drawn if this row is missing.
     let read_back = vk::SubpassDependency::default().src_subpass(2).dst_subpass(vk::SUBPASS_EXTERNAL);
     let read_back = read_back.src_stage_mask(Stage::COLOR_ATTACHMENT_OUTPUT).dst_stage_mask(Stage::TRANSFER);
     let read_back = read_back.src_access_mask(Access::COLOR_ATTACHMENT_WRITE);
@@ -499,7 +499,7 @@ fn pipeline(gpu: &Gpu, pass: vk::RenderPass, layout: vk::PipelineLayout, number:
     // Seen from the front, the corners of a triangle run counter-clockwise. Triangles that are seen from behind are left out.
     let raster = vk::PipelineRasterizationStateCreateInfo::default().cull_mode(vk::CullModeFlags::BACK).line_width(1.0);
     let raster = raster.front_face(vk::FrontFace::COUNTER_CLOCKWISE);
-    // A texel has one depth for all of its area, and the filter looks at its neighbours: a slanted surface must go back by what it rises within two texels, or it
+    // A texel has one depth for all of its area, and the filter looks at its neighbours: a slanted surface must go back by its rise within two texels, or it
     // shadows itself.
     let raster = raster.depth_bias_enable(number == 3 && gpu.keep("bias", true)).depth_bias_slope_factor(-2.5);
     let samples = vk::PipelineMultisampleStateCreateInfo::default();

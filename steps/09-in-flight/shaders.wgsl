@@ -39,7 +39,7 @@ fn vertex(@location(0) position: vec3<f32>, @location(1) normal: vec3<f32>, @loc
     return Varying(push.clip_from_world * vec4(position, 1.0), position, normal, albedo, material);
 }
 
-// The share of the sun that arrives: of 3 x 3 texels those where nothing is nearer to the sun (percentage-closer filtering).
+// The share of the sun that arrives: the share of 3 x 3 texels in which nothing is nearer to the sun (percentage-closer filtering).
 fn sunlit(position: vec3<f32>) -> f32 {
     let place = (frame.map_from_world * vec4(position, 1.0)).xyz;
     // Beyond the map nothing casts a shadow.
@@ -140,7 +140,7 @@ fn lighting(@builtin(position) pixel: vec4<f32>) -> @location(0) vec4<f32> {
     return vec4(min(lit(place_of(pixel.xy, depth), normal, albedo.xyz, roughness, metallic), vec3(65504.0)), 1.0);
 }
 
-// Khronos PBR Neutral (2024): colours stay as they are up to 0.76, brighter ones are compressed below 1 and lose colour. By the exposure half a nit is 1.
+// Khronos PBR Neutral (2024): colours stay as they are up to 0.76, brighter ones are compressed below 1 and lose colour. The exposure makes 1 of half a nit.
 @fragment
 fn tonemap() -> @location(0) vec4<f32> {
     let exposed = textureLoad(subpass_light, vec2(0, 0), 0).xyz * 2.0;

@@ -44,7 +44,7 @@ const COPY: usize = 2;
 /// Commands before and after a render pass.
 const OUTSIDE: u32 = vk::SUBPASS_EXTERNAL;
 
-/// A row: its name, its render pass, the subpasses that it orders, and the stages with their accesses that must be over, and that wait for those.
+/// A row: its name, its render pass, the subpasses that it orders, the stages with their accesses that must be over, and the same of the waiting subpass.
 type Row = (&'static str, usize, [u32; 2], [(Stage, Access); 2]);
 
 /// The objects that a frame uses. Commands, lights with their set, and pixels belong to one frame in flight, since the host uses them. All frames share the rest.
@@ -146,8 +146,8 @@ fn animate(gpu: &Gpu, frames: &[Frame]) -> Result<Vec<Vec<u8>>> {
         }
         // SAFETY: the commands are recorded anew when the device is done with them, and what they name lives until it is idle.
         unsafe {
-            // `frame-to-host`: the host reads the picture, and writes commands and lights anew, when the last frame that used them is done. Before this line it would
-            // write what the device still reads. No barrier can help: those order the device's work alone.
+            // `frame-to-host`: the host reads the picture, and writes commands and lights anew, when the last frame that used them is done. An earlier write would
+            // change data that the device still reads. No barrier can help, since barriers order the device's work alone.
             gpu.device.wait_for_fences(&[frame.done], true, u64::MAX)?;
             if number >= frames.len() {
                 pictures.push(gpu.read(&frame.pixels)?);
@@ -235,7 +235,7 @@ impl Frame {
         let layers = vk::ImageSubresourceLayers::default().aspect_mask(vk::ImageAspectFlags::COLOR).layer_count(1);
         let region = vk::BufferImageCopy::default().image_subresource(layers).image_extent(SIZE.into());
         let region = [region.buffer_offset(BYTES * number)];
-        // `picture-to-host`: the host reads what the copy wrote. The fence makes the host wait until the copy is done. It does not make what the copy wrote visible
+        // `picture-to-host`: the host reads the copied picture. The fence makes the host wait until the copy is done. It does not make the copied picture visible
         // to the host, as this barrier does: without it the picture may stay in a cache of the device.
         let to_host = vk::MemoryBarrier::default().src_access_mask(Access::TRANSFER_WRITE);
         let to_host = [to_host.dst_access_mask(Access::HOST_READ)];
@@ -292,7 +292,7 @@ fn upload(gpu: &Gpu, cmd: vk::CommandBuffer, name: &str, data: &[u8]) -> Result<
     let usage = vk::BufferUsageFlags::VERTEX_BUFFER | vk::BufferUsageFlags::INDEX_BUFFER;
     let info = info.usage(usage | vk::BufferUsageFlags::TRANSFER_DST);
     let buffer = gpu.buffer(name, &info, vk::MemoryPropertyFlags::DEVICE_LOCAL)?;
-    // `upload-to-vertices`: draws fetch what the copy wrote. Without this row the first frame may fetch before it is there, without the masks out of a stale cache.
+    // `upload-to-vertices`: draws fetch the copied vertices and indices. Without this row the first frame may fetch before it is there, without the masks out of a stale cache.
     let row = vk::MemoryBarrier::default().src_access_mask(Access::TRANSFER_WRITE);
     let row = [row.dst_access_mask(gpu.keep("fetch", Access::VERTEX_ATTRIBUTE_READ | Access::INDEX_READ))];
     let none = vk::DependencyFlags::empty();
@@ -308,7 +308,7 @@ fn upload(gpu: &Gpu, cmd: vk::CommandBuffer, name: &str, data: &[u8]) -> Result<
 }
 
 /// The lights, which the host writes: x, y, z in metres, and red, green, blue in candela, each padded to four floats, as uniform buffers have them.
-/// `host-to-frame`: shaders read what the host wrote. Submitting makes visible what the host wrote before, so this row is the order of two calls. Written after the
+/// `host-to-frame`: shaders read lights that the host wrote. Submitting makes earlier writes of the host visible, so this row is the order of two calls. Written after the
 /// submission, the lights may come too late; without this line they never come.
 fn lights_at(number: usize) -> Vec<f32> {
     // The lights rise and fall. The last one is the sun: a direction and lux.
@@ -370,15 +370,15 @@ fn rows() -> Vec<Row> {
         ("shadow-to-lighting", SHADOW, [0, OUTSIDE], [(tests, depth_write), (fragment, Access::SHADER_READ)]),
         // This frame overwrites the G-buffer that the lighting of the last one reads, and then drops: DONT_CARE counts as a write.
         ("gbuffer-reuse", MAIN, [OUTSIDE, 0], [(fragment | color | tests, all), (color | tests, all)]),
-        // A pixel reads what geometry wrote there, and as the last user drops it.
+        // A pixel reads the texels that geometry wrote there, and as the last user drops it.
         ("gbuffer-to-lighting", MAIN, [0, 1], [(color | tests, all), (fragment | color | tests, input | all)]),
         // This frame overwrites the light that the tone mapping of the last one reads, and then drops.
         ("hdr-reuse", MAIN, [OUTSIDE, 1], [(fragment | color, color_write), (color, color_write)]),
-        // Tone mapping reads the light of its own pixel, and drops it.
+        // Tone mapping reads the light of its pixel, and drops it.
         ("hdr-to-tonemap", MAIN, [1, 2], [(color, color_write), (fragment | color, input | color_write)]),
         // This frame overwrites the picture that the copy of the last one reads.
         ("reuse", MAIN, [OUTSIDE, 2], [(transfer, none), (color, color_write)]),
-        // The copy reads what tone mapping wrote.
+        // The copy reads the picture of tone mapping.
         ("read-back", MAIN, [2, OUTSIDE], [(color, color_write), (transfer, Access::TRANSFER_READ)]),
     ]
 }
@@ -620,7 +620,7 @@ fn pipeline(gpu: &Gpu, pass: vk::RenderPass, layout: vk::PipelineLayout, number:
     // Seen from the front, the corners of a triangle run counter-clockwise. Triangles that are seen from behind are left out.
     let raster = vk::PipelineRasterizationStateCreateInfo::default().cull_mode(vk::CullModeFlags::BACK).line_width(1.0);
     let raster = raster.front_face(vk::FrontFace::COUNTER_CLOCKWISE);
-    // A texel has one depth for all of its area, and the filter looks at its neighbours: a slanted surface must go back by what it rises within two texels, or it
+    // A texel has one depth for all of its area, and the filter looks at its neighbours: a slanted surface must go back by its rise within two texels, or it
     // shadows itself.
     let raster = raster.depth_bias_enable(number == 3 && gpu.keep("bias", true)).depth_bias_slope_factor(-2.5);
     let samples = vk::PipelineMultisampleStateCreateInfo::default();

@@ -3,6 +3,8 @@
 //! It removes boilerplate and takes no decision: stages, accesses, layouts, load and store operations stand in each step's own file.
 
 pub mod scene;
+#[cfg(feature = "window")]
+pub mod window;
 
 use std::cell::{Cell, RefCell};
 use std::ffi::{CStr, CString, c_void};
@@ -19,11 +21,9 @@ type Messenger = (debug_utils::Instance, vk::DebugUtilsMessengerEXT);
 type Destroy<H> = unsafe fn(&Device, H, Option<&vk::AllocationCallbacks<'_>>);
 type Destroyer = Box<dyn FnOnce(&Device)>;
 type StageInfo = vk::PipelineShaderStageCreateInfo<'static>;
-/// The result of all that can fail.
 pub type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
 
 const LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
-/// Messages of the layer, oldest first.
 static MESSAGES: Mutex<Vec<String>> = Mutex::new(Vec::new());
 
 /// An entry point of a shader: its name and its SPIR-V.
@@ -43,8 +43,9 @@ macro_rules! entry {
 pub struct Needs<'a> {
     /// The version of Vulkan that the step is written for; 0 means 1.1.
     pub api_version: u32,
+    pub instance_extensions: &'a [&'a CStr],
     pub extensions: &'a [&'a CStr],
-    /// Features, and those of newer structures in its chain.
+    /// With newer structures in its chain.
     pub features: vk::PhysicalDeviceFeatures2<'a>,
 }
 
@@ -52,17 +53,15 @@ pub struct Needs<'a> {
 pub struct Gpu {
     pub device: Device,
     pub instance: Instance,
-    physical: vk::PhysicalDevice,
+    pub physical: vk::PhysicalDevice,
     pub queue: vk::Queue,
     pub family: u32,
-    /// The file for the picture.
     pub picture: PathBuf,
     without: Option<String>,
     left_out: Cell<bool>,
     debug: Option<(debug_utils::Instance, vk::DebugUtilsMessengerEXT, debug_utils::Device)>,
     objects: RefCell<Vec<Destroyer>>,
-    // The library of the loader is closed last.
-    _entry: ash::Entry,
+    pub entry: ash::Entry,
 }
 
 /// A buffer, bound to memory of its own, and that memory as the host sees it, if it does.
@@ -105,8 +104,8 @@ impl Gpu {
             _ => return Err("usage: STEP [--without NAME] PICTURE.png".into()),
         };
         // SAFETY: loading the system's Vulkan loader runs its initializers, as intended.
-        let _entry = unsafe { ash::Entry::load() }.map_err(|error| format!("there is no Vulkan loader: {error}"))?;
-        let (instance, debug) = instance(&_entry, needs)?;
+        let entry = unsafe { ash::Entry::load() }.map_err(|error| format!("there is no Vulkan loader: {error}"))?;
+        let (instance, debug) = instance(&entry, needs)?;
         // SAFETY: the instance is alive, and everything that the structures point to lives until the calls return.
         unsafe {
             let physical = *instance.enumerate_physical_devices()?.first().ok_or("no Vulkan device was found")?;
@@ -125,7 +124,7 @@ impl Gpu {
             let device = instance.create_device(physical, &info.push_next(&mut features), None)?;
             let debug = debug.map(|(all, messenger)| (all, messenger, debug_utils::Device::new(&instance, &device)));
             let (queue, left_out, objects) = (device.get_device_queue(family, 0), Cell::default(), RefCell::default());
-            Ok(Self { device, instance, physical, queue, family, picture, without, left_out, debug, objects, _entry })
+            Ok(Self { device, instance, physical, queue, family, picture, without, left_out, debug, objects, entry })
         }
     }
 
@@ -253,6 +252,7 @@ impl Drop for Gpu {
 /// Makes the instance. If the validation layer is installed, it checks core rules and synchronization, and its messages are collected.
 fn instance(entry: &ash::Entry, needs: &Needs) -> Result<(Instance, Option<Messenger>)> {
     let application = vk::ApplicationInfo::default().api_version(needs.api_version.max(vk::API_VERSION_1_1));
+    let mut extensions: Vec<_> = needs.instance_extensions.iter().map(|name| name.as_ptr()).collect();
     let info = vk::InstanceCreateInfo::default().application_info(&application);
     let messenger = vk::DebugUtilsMessengerCreateInfoEXT::default()
         .message_severity(Severity::WARNING | Severity::ERROR)
@@ -273,12 +273,13 @@ fn instance(entry: &ash::Entry, needs: &Needs) -> Result<(Instance, Option<Messe
     unsafe {
         if !entry.enumerate_instance_layer_properties()?.iter().any(|one| one.layer_name_as_c_str() == Ok(LAYER)) {
             eprintln!("note: without {} nobody checks this program", LAYER.to_string_lossy());
-            return Ok((entry.create_instance(&info, None)?, None));
+            return Ok((entry.create_instance(&info.enabled_extension_names(&extensions), None)?, None));
         }
         let offered = entry.enumerate_instance_extension_properties(Some(LAYER))?;
         let by_name = offered.iter().any(|one| one.extension_name_as_c_str() == Ok(ext::layer_settings::NAME));
         let interface = if by_name { ext::layer_settings::NAME } else { ext::validation_features::NAME };
-        let (layers, extensions) = ([LAYER.as_ptr()], [debug_utils::NAME.as_ptr(), interface.as_ptr()]);
+        extensions.extend([debug_utils::NAME.as_ptr(), interface.as_ptr()]);
+        let layers = [LAYER.as_ptr()];
         let info = info.enabled_layer_names(&layers).enabled_extension_names(&extensions);
         let info = if by_name { info.push_next(&mut settings) } else { info.push_next(&mut features) };
         let instance = entry.create_instance(&info, None)?;
@@ -295,6 +296,5 @@ unsafe extern "system" fn collect(_: Severity, _: Types, data: *const Data<'_>, 
         let texts = texts.map(|text| text.unwrap_or_default().to_string_lossy()).join(": ");
         MESSAGES.lock().unwrap_or_else(PoisonError::into_inner).push(texts);
     }
-    // TRUE would make the call fail.
     vk::FALSE
 }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 /// Each step with the one that it goes on from.
-const STEPS: [(&str, &str); 13] = [
+const STEPS: [(&str, &str); 14] = [
     ("01-triangle", "00-clear"),
     ("02-mesh", "01-triangle"),
     ("03-forward", "02-mesh"),
@@ -15,6 +15,7 @@ const STEPS: [(&str, &str); 13] = [
     ("07-hdr", "06-lean"),
     ("08-shadow", "07-hdr"),
     ("09-in-flight", "08-shadow"),
+    ("10-window", "09-in-flight"),
     ("11-rows", "09-in-flight"),
     ("11b-proof", "11-rows"),
 ];

@@ -37,6 +37,7 @@ const FIRST_OF_NEWEST: u32 = vk::make_api_version(0, 1, 4, 330);
 
 const LAYOUT_OF_OLDER: &str = "UNASSIGNED-CoreValidation-DrawState-InvalidImageLayout";
 const LAYOUT: &str = "VUID-vkCmdDraw-None-09600";
+const PRESENTED_LAYOUT: &str = "VUID-VkPresentInfoKHR-pImageIndices-01430";
 const READ_AFTER_WRITE: &str = "SYNC-HAZARD-READ-AFTER-WRITE";
 const WRITE_AFTER_READ: &str = "SYNC-HAZARD-WRITE-AFTER-READ";
 const WRITE_AFTER_WRITE: &str = "SYNC-HAZARD-WRITE-AFTER-WRITE";
@@ -257,5 +258,28 @@ fn step_09() {
     check(
         "step-09-in-flight",
         &[Mistake::says("frame-to-host", DIFFERS, Shows::Either), Mistake::says("own-lights", DIFFERS, Shows::Either)],
+    );
+}
+
+#[test]
+fn step_10() {
+    const NOT_FREE: &str = "VUID-vkAcquireNextImageKHR-semaphore-01286";
+    const NOT_READY: &str = "SYNC-HAZARD-PRESENT-AFTER-WRITE";
+    check(
+        "step-10-window",
+        &[
+            // Nothing waits for the semaphore, so it is still signalled when it is used again.
+            Mistake::says("acquire", NOT_FREE, Shows::Right),
+            Mistake {
+                name: "present",
+                says: ["UNASSIGNED-CoreValidation-DrawState-QueueForwardProgress", NOT_READY, NOT_READY],
+                shows: Shows::Right,
+            },
+            Mistake {
+                name: "blit-to-present",
+                says: ["VUID-VkPresentInfoKHR-pImageIndices-01296", PRESENTED_LAYOUT, PRESENTED_LAYOUT],
+                shows: Shows::Right,
+            },
+        ],
     );
 }

@@ -186,6 +186,13 @@ fn step_09_draws_the_same_100_frames_with_two_in_flight_as_one_at_a_time() {
 }
 
 #[test]
+fn step_10_draws_the_picture_of_step_09_in_a_window_that_becomes_larger() {
+    let Some(step) = whole_if_possible("step-10-window") else { return };
+    assert!(step.stdout.contains("100 frames in a window, at last of 480 x 270"), "{}", step.stdout);
+    assert!(step.picture == whole("step-09-in-flight").picture);
+}
+
+#[test]
 fn step_11_draws_the_frames_of_step_09_from_a_table() {
     assert_frame(&whole("step-11-rows").picture, 9);
 }

@@ -1,9 +1,11 @@
 //! Steps as tests start them.
 
+use std::collections::BTreeMap;
+use std::io::{BufRead as _, BufReader};
 use std::path::{Path, PathBuf};
-use std::process::Command;
-use std::sync::OnceLock;
+use std::process::{Child, Command, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Arc, Mutex, OnceLock};
 
 use ash::{Entry, vk};
 use image::RgbaImage;
@@ -12,6 +14,7 @@ use image::RgbaImage;
 pub const FIRST_OF_NEWER: u32 = vk::make_api_version(0, 1, 4, 300);
 
 /// What a program that has ended leaves behind.
+#[derive(Clone)]
 pub struct Ended {
     pub succeeded: bool,
     pub stdout: String,
@@ -22,25 +25,31 @@ pub struct Ended {
     pub path: PathBuf,
 }
 
-/// Starts a step with all of its lines, which must succeed in silence.
+/// Returns what a step with all of its lines leaves behind. It is started once for all tests.
+fn run_once(step: &str) -> Arc<OnceLock<Ended>> {
+    static ENDED: Mutex<BTreeMap<String, Arc<OnceLock<Ended>>>> = Mutex::new(BTreeMap::new());
+    let cell = Arc::clone(ENDED.lock().expect("no test has failed here").entry(step.to_owned()).or_default());
+    cell.get_or_init(|| start(step, None));
+    cell
+}
+
+/// Returns what a step leaves behind, which must succeed in silence.
 pub fn whole(step: &str) -> Ended {
-    silent(step, start(step, None))
+    whole_if_possible(step).unwrap_or_else(|| panic!("{step} cannot run here"))
 }
 
-fn silent(step: &str, ended: Ended) -> Ended {
-    assert!(ended.succeeded && ended.messages.is_empty(), "{step} on {}: {}", layer_text(), ended.messages);
-    ended
-}
-
-/// Does the same on a device that has what the step needs. On another one it says that the test is not run, and returns nothing; the stacks that are fetched for
-/// tests have all.
+/// Does the same where there is what the step needs: a feature of the device, which the stacks have that are fetched for tests, or Xvfb. Elsewhere it says that
+/// the test is not run, and returns nothing.
 pub fn whole_if_possible(step: &str) -> Option<Ended> {
-    let ended = start(step, None);
-    if ended.messages.contains("this device lacks") && std::env::var_os("AFTERLIGHT_NEEDS_LAYER").is_none() {
+    let cell = run_once(step);
+    let ended = cell.get()?;
+    let lacks = ended.messages.contains("this device lacks") && std::env::var_os("AFTERLIGHT_NEEDS_LAYER").is_none();
+    if lacks || ended.messages.contains("there is no X server") || ended.messages.contains("the feature `window`") {
         println!("NOT RUN: {step}: {}", ended.messages.trim());
         return None;
     }
-    Some(silent(step, ended))
+    assert!(ended.succeeded && ended.messages.is_empty(), "{step} on {}: {}", layer_text(), ended.messages);
+    Some(ended.clone())
 }
 
 /// Starts a step, without the line `without` if there is one.
@@ -49,13 +58,23 @@ pub fn start(step: &str, without: Option<&str>) -> Ended {
     let number = NUMBER.fetch_add(1, Ordering::Relaxed);
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
     let path = folder.join(format!("{step}-{}-{number}.png", std::process::id()));
-    // Tests lie in a folder beside the programs.
+    // Cargo builds all steps into one folder.
     let binary = Path::new(env!("CARGO_BIN_EXE_step-00-clear")).with_file_name(step);
+    if !binary.exists() {
+        let messages = format!("{step} is built with the feature `window` alone");
+        return Ended { succeeded: false, stdout: String::new(), messages, picture: RgbaImage::default(), path };
+    }
     // The program that starts others on the Vulkan stack of the tests, where that is not the machine's own.
     let runner = std::env::var_os("AFTERLIGHT_RUNNER");
     let mut command = Command::new(runner.clone().unwrap_or_else(|| binary.clone().into()));
     if runner.is_some() {
         command.arg(&binary);
+    }
+    let screen = if step == WINDOW { Screen::start() } else { None };
+    if let Some(screen) = &screen {
+        command.env("DISPLAY", &screen.display);
+    } else {
+        command.env_remove("DISPLAY");
     }
     if let Some(name) = without {
         command.args(["--without", name]);
@@ -69,6 +88,35 @@ pub fn start(step: &str, without: Option<&str>) -> Ended {
         messages: text(output.stderr),
         picture,
         path,
+    }
+}
+
+/// The step that needs an X server.
+const WINDOW: &str = "step-10-window";
+
+/// An X server without a screen, which ends with the test.
+struct Screen {
+    server: Child,
+    display: String,
+}
+
+impl Screen {
+    /// Starts it, if it is installed.
+    fn start() -> Option<Self> {
+        let arguments = ["-displayfd", "1", "-screen", "0", "800x600x24", "-nolisten", "tcp"];
+        let started = Command::new("Xvfb").args(arguments).stdout(Stdio::piped()).stderr(Stdio::null()).spawn();
+        let mut server = started.ok()?;
+        // It writes its number when it listens.
+        let mut number = String::new();
+        BufReader::new(server.stdout.take()?).read_line(&mut number).ok()?;
+        Some(Self { server, display: format!(":{}", number.trim()) })
+    }
+}
+
+impl Drop for Screen {
+    fn drop(&mut self) {
+        let _ = self.server.kill();
+        let _ = self.server.wait();
     }
 }
 

@@ -1,0 +1,675 @@
+//! Step 10: a window (X11). The presentation engine lends an image of its swapchain; the picture is copied to it, scaled, and given to it.
+//!
+//! The rows that this step teaches are `acquire` and `present`: semaphores, since the presentation engine is no queue that a barrier could order.
+
+use std::process::ExitCode;
+
+use afterlight_steps::scene::{self, EYE, FOV_Y_DEGREES, NEAR, SUN, SUN_LUX, TARGET, Vertex};
+use afterlight_steps::window::Window;
+use afterlight_steps::{Buffer, Entry, Gpu, Image, Needs, Result, entry, run};
+use ash::vk::{self, AccessFlags as Access, ImageLayout as Layout, PipelineStageFlags as Stage};
+use ash::vk::{AttachmentLoadOp as LoadOp, AttachmentStoreOp as StoreOp};
+use ash::{Device, khr};
+use glam::dcamera::rh::view::look_at_mat4;
+use glam::{DMat4, DVec3, Mat4};
+
+const SIZE: vk::Extent2D = vk::Extent2D { width: 160, height: 90 };
+/// Four bytes a pixel. The device encodes the light that it writes as sRGB, as PNG files have it.
+const FORMAT: vk::Format = vk::Format::R8G8B8A8_SRGB;
+/// Normal; albedo, and in alpha roughness and metal.
+const GBUFFER: [vk::Format; 2] = [vk::Format::R16G16_UNORM, vk::Format::R8G8B8A8_SRGB];
+/// Light in nits, half floats: 65504 at most.
+const LIGHT_FORMAT: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
+const DEPTH_FORMAT: vk::Format = vk::Format::D32_SFLOAT;
+const BYTES: u64 = SIZE.width as u64 * SIZE.height as u64 * 4;
+/// Linear light, as all colours in these steps.
+const COLOR: [f32; 4] = [0.02, 0.03, 0.05, 1.0];
+const FRAMES: usize = 100;
+/// The shadow map: 12 m along each side.
+const MAP_SIZE: vk::Extent2D = vk::Extent2D { width: 1024, height: 1024 };
+
+type Descriptors = (vk::DescriptorSetLayout, vk::DescriptorSet);
+
+/// The pipelines: name, entry points with their code, and number of targets.
+const PIPELINES: [(&str, &[Entry], usize); 4] = [
+    ("geometry", &[entry!("vertex"), entry!("geometry")], 2),
+    ("lighting", &[entry!("screen"), entry!("lighting")], 1),
+    ("tonemap", &[entry!("screen"), entry!("tonemap")], 1),
+    ("shadow", &[entry!("vertex")], 0),
+];
+
+/// The objects that a frame uses. Commands, lights with their set, and pixels belong to one frame in flight, since the host uses them. All frames share the rest.
+struct Frame {
+    pass: vk::RenderPass,
+    framebuffer: vk::Framebuffer,
+    layout: vk::PipelineLayout,
+    pipelines: Vec<vk::Pipeline>,
+    shadow: (vk::RenderPass, vk::Framebuffer, vk::Pipeline),
+    set: vk::DescriptorSet,
+    vertices: Buffer,
+    indices: Buffer,
+    picture: Image,
+    pixels: Buffer,
+    lights: Buffer,
+    cmd: vk::CommandBuffer,
+    done: vk::Fence,
+    free: vk::Semaphore,
+}
+
+/// The images that a surface shows.
+struct Swapchain<'a> {
+    gpu: &'a Gpu,
+    functions: khr::swapchain::Device,
+    raw: vk::SwapchainKHR,
+    images: Vec<vk::Image>,
+    /// For each image: the picture is there. A semaphore for each frame would not do: a frame may end while an older one still waits to be shown.
+    drawn: Vec<vk::Semaphore>,
+    size: vk::Extent2D,
+}
+
+impl Drop for Swapchain<'_> {
+    fn drop(&mut self) {
+        // SAFETY: nothing is drawn to its images once the device is idle.
+        unsafe {
+            let _ = self.gpu.device.device_wait_idle();
+            self.functions.destroy_swapchain(self.raw, None);
+        }
+    }
+}
+
+fn main() -> ExitCode {
+    let instance_extensions = &[khr::surface::NAME, khr::xlib_surface::NAME];
+    run(&Needs { instance_extensions, extensions: &[khr::swapchain::NAME], ..Needs::default() }, draw)
+}
+
+fn draw(gpu: &Gpu) -> Result<()> {
+    let usage = vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::TRANSFER_SRC;
+    let picture = target(gpu, "picture", FORMAT, usage)?;
+    let read = vk::ImageUsageFlags::INPUT_ATTACHMENT | vk::ImageUsageFlags::TRANSIENT_ATTACHMENT;
+    let depth = target(gpu, "depth", DEPTH_FORMAT, vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT | read)?;
+    let lights = [lights(gpu)?, lights(gpu)?];
+    let usage = vk::ImageUsageFlags::COLOR_ATTACHMENT | read;
+    let [normal, albedo] = GBUFFER.map(|format| target(gpu, "G-buffer", format, usage));
+    let light = target(gpu, "light", LIGHT_FORMAT, usage)?;
+    let views = [depth.view, normal?.view, albedo?.view, light.view, picture.view];
+    let usage = vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT | vk::ImageUsageFlags::SAMPLED;
+    let map = target(gpu, "shadow map", DEPTH_FORMAT, usage)?.view;
+    let reads = [views[0], views[1], views[2], views[3], map];
+    let sets = [descriptors(gpu, &lights[0], &reads)?, descriptors(gpu, &lights[1], &reads)?];
+    let (pass, layout) = (render_pass(gpu)?, layout(gpu, sets[0].0)?);
+    let shadow = shadow_pass(gpu)?;
+    let shadow = (shadow, framebuffer(gpu, shadow, MAP_SIZE, &[map])?, pipeline(gpu, shadow, layout, 3)?);
+    let framebuffer = framebuffer(gpu, pass, SIZE, &views)?;
+    let pipelines: Vec<_> = (0..3).map(|number| pipeline(gpu, pass, layout, number)).collect::<Result<_>>()?;
+    let mesh = scene::mesh();
+    let cmd = command_buffer(gpu)?;
+    let once = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+    // SAFETY: the command buffer is new, and what it names lives until the device is idle.
+    let (vertices, indices) = unsafe {
+        gpu.device.begin_command_buffer(cmd, &once)?;
+        let vertices = upload(gpu, cmd, "vertices", &bytes(mesh.0.as_flattened(), |value| value.to_ne_bytes()))?;
+        let indices = upload(gpu, cmd, "indices", &bytes(&mesh.1, |value| value.to_ne_bytes()))?;
+        gpu.device.end_command_buffer(cmd)?;
+        (vertices, indices)
+    };
+    submit(gpu, cmd)?;
+    let frame = |number: usize| -> Result<Frame> {
+        let (set, lights, pixels, pipelines) = (sets[number].1, lights[number], pixels(gpu, BYTES)?, pipelines.clone());
+        let free = semaphore(gpu, "image is free")?;
+        let info = vk::FenceCreateInfo::default().flags(vk::FenceCreateFlags::SIGNALED);
+        // SAFETY: a structure without pointers. (Signalled, since at first there is nothing to wait for.)
+        let done = gpu.own("frame is done", unsafe { gpu.device.create_fence(&info, None)? }, Device::destroy_fence)?;
+        Ok(Frame {
+            pass,
+            framebuffer,
+            layout,
+            pipelines,
+            shadow,
+            set,
+            vertices,
+            indices,
+            picture,
+            pixels,
+            lights,
+            cmd: command_buffer(gpu)?,
+            done,
+            free,
+        })
+    };
+    let pictures = animate(gpu, &[frame(0)?, frame(1)?])?;
+    gpu.save(SIZE, &pictures[FRAMES - 1])
+}
+
+fn semaphore(gpu: &Gpu, name: &str) -> Result<vk::Semaphore> {
+    // SAFETY: a structure without pointers.
+    gpu.own(name, unsafe { gpu.device.create_semaphore(&Default::default(), None)? }, Device::destroy_semaphore)
+}
+
+/// Makes a swapchain as large as the window, in place of an older one.
+fn swapchain<'a>(gpu: &'a Gpu, window: &Window, old: vk::SwapchainKHR) -> Result<Swapchain<'a>> {
+    let functions = khr::swapchain::Device::new(&gpu.instance, &gpu.device);
+    let (able, formats) = window.ask(gpu)?;
+    // The blit encodes light as sRGB where the format says so.
+    let is_srgb = |format: &&vk::SurfaceFormatKHR| format.format == vk::Format::B8G8R8A8_SRGB;
+    let format = formats.iter().find(is_srgb).or(formats.first()).ok_or("the surface has no format")?;
+    let info = vk::SwapchainCreateInfoKHR::default().surface(window.surface).min_image_count(able.min_image_count);
+    let info = info.image_format(format.format).image_color_space(format.color_space).image_array_layers(1);
+    let info = info.image_extent(able.current_extent).image_usage(vk::ImageUsageFlags::TRANSFER_DST);
+    let info = info.pre_transform(able.current_transform).present_mode(vk::PresentModeKHR::FIFO).clipped(true);
+    let info = info.composite_alpha(vk::CompositeAlphaFlagsKHR::OPAQUE).old_swapchain(old);
+    // SAFETY: the surface is alive.
+    unsafe {
+        let raw = gpu.name("swapchain", functions.create_swapchain(&info, None)?)?;
+        let images = functions.get_swapchain_images(raw)?;
+        let mut made = Swapchain { gpu, functions, raw, images, drawn: Vec::new(), size: able.current_extent };
+        for image in &made.images {
+            gpu.name("image of the swapchain", *image)?;
+            made.drawn.push(semaphore(gpu, "image is drawn")?);
+        }
+        Ok(made)
+    }
+}
+
+/// Draws the frames in a window, which half-way becomes larger. Returns the pictures.
+fn animate(gpu: &Gpu, frames: &[Frame]) -> Result<Vec<Vec<u8>>> {
+    let once = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+    let window = Window::open(gpu, vk::Extent2D { width: 320, height: 180 })?;
+    let mut shown = swapchain(gpu, &window, vk::SwapchainKHR::null())?;
+    let mut pictures = Vec::new();
+    for number in 0..FRAMES + frames.len() {
+        let frame = &frames[number % frames.len()];
+        let (commands, cmd) = ([frame.cmd], frame.cmd);
+        let lights = bytes(&lights_at(number), f32::to_ne_bytes);
+        if !gpu.keep("frame-to-host", true) {
+            gpu.write(&frame.lights, &lights)?;
+        }
+        // SAFETY: the commands are recorded anew when the device is done with them, and what they name lives until it is idle.
+        unsafe {
+            // `frame-to-host`: the host reads the picture, and writes commands and lights anew, when the last frame that used them is done. An earlier write would
+            // change data that the device still reads. No barrier can help, since barriers order the device's work alone.
+            gpu.device.wait_for_fences(&[frame.done], true, u64::MAX)?;
+            if number >= frames.len() {
+                pictures.push(gpu.read(&frame.pixels)?);
+            }
+            if number < FRAMES {
+                if number == FRAMES / 2 {
+                    window.resize(vk::Extent2D { width: 480, height: 270 });
+                }
+                // Images keep the size of their swapchain. Some systems scale them to a window that has another, others refuse them: then they are out of date.
+                let (mut is_old, free) = (window.ask(gpu)?.0.current_extent != shown.size, [frame.free]);
+                let index = loop {
+                    if is_old {
+                        shown = swapchain(gpu, &window, shown.raw)?;
+                    }
+                    // The index comes at once, the image itself when `free` is signalled.
+                    match shown.functions.acquire_next_image(shown.raw, u64::MAX, free[0], vk::Fence::null()) {
+                        Err(vk::Result::ERROR_OUT_OF_DATE_KHR) => is_old = true,
+                        acquired => break acquired?.0,
+                    }
+                };
+                gpu.device.reset_fences(&[frame.done])?;
+                gpu.write(&frame.lights, &lights)?;
+                gpu.device.begin_command_buffer(cmd, &once)?;
+                frame.cast(gpu, cmd);
+                frame.record(gpu, cmd);
+                gpu.device.cmd_next_subpass(cmd, vk::SubpassContents::INLINE);
+                frame.screen(gpu, cmd, frame.pipelines[1]);
+                gpu.device.cmd_next_subpass(cmd, vk::SubpassContents::INLINE);
+                frame.screen(gpu, cmd, frame.pipelines[2]);
+                gpu.device.cmd_end_render_pass(cmd);
+                frame.copy(gpu, cmd, 0);
+                frame.blit(gpu, cmd, shown.images[index as usize], shown.size);
+                gpu.device.end_command_buffer(cmd)?;
+                // `acquire`: the blit waits until presentation has let go of the image. All before the blit need not wait. The blit may overwrite a shown picture if this row is missing.
+                let free = gpu.keep("acquire", &free[..]);
+                let (raw, drawn, index) = ([shown.raw], [shown.drawn[index as usize]], [index]);
+                let info = vk::SubmitInfo::default().command_buffers(&commands).signal_semaphores(&drawn);
+                let info = [info.wait_semaphores(free).wait_dst_stage_mask(&[Stage::TRANSFER][..free.len()])];
+                gpu.device.queue_submit(gpu.queue, &info, frame.done)?;
+                // `present`: presentation waits until the image is drawn. A semaphore makes visible all that was written before it. It may show an old picture if this row is missing.
+                let info = vk::PresentInfoKHR::default().swapchains(&raw).image_indices(&index);
+                let info = info.wait_semaphores(gpu.keep("present", &drawn[..]));
+                match shown.functions.queue_present(gpu.queue, &info) {
+                    // The next frame finds that out, too.
+                    Err(vk::Result::ERROR_OUT_OF_DATE_KHR) => {}
+                    presented => _ = presented?,
+                }
+            }
+        }
+    }
+    println!("{FRAMES} frames in a window, at last of {} x {}", shown.size.width, shown.size.height);
+    Ok(pictures)
+}
+
+fn bytes<T: Copy>(values: &[T], bytes: impl Fn(T) -> [u8; 4]) -> Vec<u8> {
+    values.iter().flat_map(|value| bytes(*value)).collect()
+}
+
+impl Frame {
+    /// Draws the shadow map.
+    fn cast(&self, gpu: &Gpu, cmd: vk::CommandBuffer) {
+        let (pass, framebuffer, pipeline) = self.shadow;
+        // Reversed Z: 0 is farthest from the sun.
+        let clear = [vk::ClearValue { depth_stencil: vk::ClearDepthStencilValue { depth: 0.0, stencil: 0 } }];
+        let begin = vk::RenderPassBeginInfo::default().render_pass(pass).framebuffer(framebuffer);
+        let begin = begin.render_area(MAP_SIZE.into()).clear_values(&clear);
+        let matrix = bytes(&map_from_world().to_cols_array(), f32::to_ne_bytes);
+        // SAFETY: the command buffer is recording, and what it names is alive.
+        unsafe {
+            gpu.device.cmd_begin_render_pass(cmd, &begin, vk::SubpassContents::INLINE);
+            gpu.device.cmd_bind_pipeline(cmd, vk::PipelineBindPoint::GRAPHICS, pipeline);
+            gpu.device.cmd_push_constants(cmd, self.layout, vk::ShaderStageFlags::ALL_GRAPHICS, 0, &matrix);
+            gpu.device.cmd_bind_vertex_buffers(cmd, 0, &[self.vertices.raw], &[0]);
+            gpu.device.cmd_bind_index_buffer(cmd, self.indices.raw, 0, vk::IndexType::UINT32);
+            gpu.device.cmd_draw_indexed(cmd, (self.indices.size / 4) as u32, 1, 0, 0, 0);
+            gpu.device.cmd_end_render_pass(cmd);
+        }
+    }
+
+    /// Draws the G-buffer.
+    fn record(&self, gpu: &Gpu, cmd: vk::CommandBuffer) {
+        let none = vk::ClearValue { color: vk::ClearColorValue { float32: [0.0; 4] } };
+        // Reversed Z: 0 is infinitely far.
+        let depth = vk::ClearValue { depth_stencil: vk::ClearDepthStencilValue { depth: 0.0, stencil: 0 } };
+        let sky = vk::ClearValue { color: vk::ClearColorValue { float32: COLOR } };
+        let clear = [depth, none, none, sky, none];
+        let camera = bytes(&camera(), f32::to_ne_bytes);
+        let begin = vk::RenderPassBeginInfo::default().render_pass(self.pass).framebuffer(self.framebuffer);
+        let begin = begin.render_area(SIZE.into()).clear_values(&clear);
+        // SAFETY: the command buffer is recording, and what it names is alive.
+        unsafe {
+            gpu.device.cmd_begin_render_pass(cmd, &begin, vk::SubpassContents::INLINE);
+            gpu.device.cmd_bind_pipeline(cmd, vk::PipelineBindPoint::GRAPHICS, self.pipelines[0]);
+            gpu.device.cmd_push_constants(cmd, self.layout, vk::ShaderStageFlags::ALL_GRAPHICS, 0, &camera);
+            let sets = [self.set];
+            gpu.device.cmd_bind_descriptor_sets(cmd, vk::PipelineBindPoint::GRAPHICS, self.layout, 0, &sets, &[]);
+            gpu.device.cmd_bind_vertex_buffers(cmd, 0, &[self.vertices.raw], &[0]);
+            gpu.device.cmd_bind_index_buffer(cmd, self.indices.raw, 0, vk::IndexType::UINT32);
+            gpu.device.cmd_draw_indexed(cmd, (self.indices.size / 4) as u32, 1, 0, 0, 0);
+        }
+    }
+
+    /// Draws one triangle that covers the picture. The set is still bound.
+    fn screen(&self, gpu: &Gpu, cmd: vk::CommandBuffer, pipeline: vk::Pipeline) {
+        // SAFETY: the command buffer is recording, and what it names is alive.
+        unsafe {
+            gpu.device.cmd_bind_pipeline(cmd, vk::PipelineBindPoint::GRAPHICS, pipeline);
+            gpu.device.cmd_draw(cmd, 3, 1, 0, 0);
+        }
+    }
+
+    /// Copies the picture to an image of the swapchain, scaled to its size.
+    fn blit(&self, gpu: &Gpu, cmd: vk::CommandBuffer, image: vk::Image, size: vk::Extent2D) {
+        let range = vk::ImageMemoryBarrier::default().image(image).subresource_range(self.picture.range);
+        // The layout changes when the image is there: TRANSFER is the stage that waits for the semaphore. Its old texels are not needed.
+        let to_blit = range.old_layout(Layout::UNDEFINED).new_layout(Layout::TRANSFER_DST_OPTIMAL);
+        let to_blit = [to_blit.dst_access_mask(Access::TRANSFER_WRITE)];
+        let to_show = range.old_layout(Layout::TRANSFER_DST_OPTIMAL).new_layout(Layout::PRESENT_SRC_KHR);
+        let to_show = [to_show.src_access_mask(Access::TRANSFER_WRITE)];
+        let layers = vk::ImageSubresourceLayers::default().aspect_mask(vk::ImageAspectFlags::COLOR).layer_count(1);
+        let corners = |size: vk::Extent2D| [(0, 0, 0), (size.width, size.height, 1)];
+        let corners = |size| corners(size).map(|(x, y, z)| vk::Offset3D { x: x as i32, y: y as i32, z });
+        let region = vk::ImageBlit::default().src_subresource(layers).dst_subresource(layers);
+        let region = [region.src_offsets(corners(SIZE)).dst_offsets(corners(size))];
+        let (none, transfer) = (vk::DependencyFlags::empty(), Stage::TRANSFER);
+        let (from, to) = (Layout::TRANSFER_SRC_OPTIMAL, Layout::TRANSFER_DST_OPTIMAL);
+        // SAFETY: the command buffer is recording, and what it names is alive.
+        unsafe {
+            gpu.device.cmd_pipeline_barrier(cmd, transfer, transfer, none, &[], &[], &to_blit);
+            gpu.device.cmd_blit_image(cmd, self.picture.raw, from, image, to, &region, vk::Filter::NEAREST);
+            if gpu.keep("blit-to-present", true) {
+                gpu.device.cmd_pipeline_barrier(cmd, transfer, Stage::BOTTOM_OF_PIPE, none, &[], &[], &to_show);
+            }
+        }
+    }
+
+    /// Copies the picture to the place of frame `number` in the buffer.
+    fn copy(&self, gpu: &Gpu, cmd: vk::CommandBuffer, number: u64) {
+        let layers = vk::ImageSubresourceLayers::default().aspect_mask(vk::ImageAspectFlags::COLOR).layer_count(1);
+        let region = vk::BufferImageCopy::default().image_subresource(layers).image_extent(SIZE.into());
+        let region = [region.buffer_offset(BYTES * number)];
+        // `picture-to-host`: the host reads the copied picture. The fence makes the host wait until the copy is done. It does not make the copied picture visible
+        // to the host, as this barrier does: without it the picture may stay in a cache of the device.
+        let to_host = vk::MemoryBarrier::default().src_access_mask(Access::TRANSFER_WRITE);
+        let to_host = [to_host.dst_access_mask(Access::HOST_READ)];
+        let none = vk::DependencyFlags::empty();
+        let layout = Layout::TRANSFER_SRC_OPTIMAL;
+        // SAFETY: the command buffer is recording, and what it names is alive.
+        unsafe {
+            gpu.device.cmd_copy_image_to_buffer(cmd, self.picture.raw, layout, self.pixels.raw, &region);
+            if gpu.keep("picture-to-host", true) {
+                gpu.device.cmd_pipeline_barrier(cmd, Stage::TRANSFER, Stage::HOST, none, &to_host, &[], &[]);
+            }
+        }
+    }
+}
+
+/// Maps the world to clip space. The device divides x, y and z by w. With w the distance d along the view, x / d and y / d are a perspective, and z = near
+/// makes depth = near / d: 1 at the near plane, 0 infinitely far away (reversed Z). Floats are finest around 0, so depth is as exact far away as near by. The
+/// other way round, d = 2 near would have a depth of 0.5, and half of the range from 0 to 1 would be left for all that is farther.
+fn clip_from_world() -> Mat4 {
+    let y = 1.0 / (FOV_Y_DEGREES.to_radians() / 2.0).tan();
+    let x = y * f64::from(SIZE.height) / f64::from(SIZE.width);
+    // Columns: what x, y, z and 1 of the camera's space add. The camera looks along -z, and Vulkan's y points down.
+    let columns = [[x, 0.0, 0.0, 0.0], [0.0, -y, 0.0, 0.0], [0.0, 0.0, 0.0, -1.0], [0.0, 0.0, NEAR, 0.0]];
+    (DMat4::from_cols_array_2d(&columns) * look_at_mat4(EYE, TARGET, DVec3::Y)).as_mat4()
+}
+
+/// The matrix, and how to find a place from a pixel and its depth: eye + (corner + x across + y down) / depth. Depth is near / distance, and the sum in brackets is
+/// the way from the eye to the pixel's place on the near plane.
+fn camera() -> Vec<f32> {
+    let world_from_view = look_at_mat4(EYE, TARGET, DVec3::Y).inverse();
+    let up = (FOV_Y_DEGREES.to_radians() / 2.0).tan() * NEAR;
+    let right = up * f64::from(SIZE.width) / f64::from(SIZE.height);
+    let way = |x, y, z| world_from_view.transform_vector3(DVec3::new(x, y, z));
+    let across = way(2.0 * right / f64::from(SIZE.width), 0.0, 0.0);
+    let down = way(0.0, -2.0 * up / f64::from(SIZE.height), 0.0);
+    let vectors = [EYE, way(-right, up, -NEAR), across, down].map(|vector| vector.as_vec3().extend(0.0).to_array());
+    [&clip_from_world().to_cols_array()[..], vectors.as_flattened()].concat()
+}
+
+/// Maps the world to the shadow map. The sun's rays are parallel, so depth is linear: from 1, 12 m towards the sun from the scene's middle, to 0, 12 m away from it.
+fn map_from_world() -> Mat4 {
+    let columns =
+        [[1.0 / 6.0, 0.0, 0.0, 0.0], [0.0, -1.0 / 6.0, 0.0, 0.0], [0.0, 0.0, 1.0 / 24.0, 0.0], [0.0, 0.0, 0.5, 1.0]];
+    (DMat4::from_cols_array_2d(&columns) * look_at_mat4(DVec3::ZERO, -SUN, DVec3::Y)).as_mat4()
+}
+
+/// Makes a buffer that the device alone sees, where it reads fastest, and records a copy to it from one that the host has written. What the host writes
+/// before it submits is visible to all commands, so the copy needs no row.
+fn upload(gpu: &Gpu, cmd: vk::CommandBuffer, name: &str, data: &[u8]) -> Result<Buffer> {
+    let info = vk::BufferCreateInfo::default().size(data.len() as u64);
+    let host = vk::MemoryPropertyFlags::HOST_VISIBLE | vk::MemoryPropertyFlags::HOST_COHERENT;
+    let staging = gpu.buffer("staging", &info.usage(vk::BufferUsageFlags::TRANSFER_SRC), host)?;
+    gpu.write(&staging, data)?;
+    let usage = vk::BufferUsageFlags::VERTEX_BUFFER | vk::BufferUsageFlags::INDEX_BUFFER;
+    let info = info.usage(usage | vk::BufferUsageFlags::TRANSFER_DST);
+    let buffer = gpu.buffer(name, &info, vk::MemoryPropertyFlags::DEVICE_LOCAL)?;
+    // `upload-to-vertices`: draws fetch the copied vertices and indices. Without this row the first frame may fetch before it is there, without the masks out of a stale cache.
+    let row = vk::MemoryBarrier::default().src_access_mask(Access::TRANSFER_WRITE);
+    let row = [row.dst_access_mask(gpu.keep("fetch", Access::VERTEX_ATTRIBUTE_READ | Access::INDEX_READ))];
+    let none = vk::DependencyFlags::empty();
+    let copy = vk::BufferCopy::default().size(staging.size);
+    // SAFETY: the command buffer is recording, and the buffers are alive.
+    unsafe {
+        gpu.device.cmd_copy_buffer(cmd, staging.raw, buffer.raw, &[copy]);
+        if gpu.keep("upload-to-vertices", true) {
+            gpu.device.cmd_pipeline_barrier(cmd, Stage::TRANSFER, Stage::VERTEX_INPUT, none, &row, &[], &[]);
+        }
+    }
+    Ok(buffer)
+}
+
+/// The lights, which the host writes: x, y, z in metres, and red, green, blue in candela, each padded to four floats, as uniform buffers have them.
+/// `host-to-frame`: shaders read lights that the host wrote. Submitting makes earlier writes of the host visible, so this row is the order of two calls. Written after the
+/// submission, the lights may come too late; without this line they never come.
+fn lights_at(number: usize) -> Vec<f32> {
+    // The lights rise and fall. The last one is the sun: a direction and lux.
+    let rise = glam::Vec3::Y * (number as f32 / 8.0).sin() * 0.2;
+    let lights = scene::lights().into_iter().flat_map(|light| [light.position + rise, light.candela]);
+    let lights = lights.chain([SUN.as_vec3(), SUN_LUX]).flat_map(|vector| vector.extend(0.0).to_array());
+    map_from_world().to_cols_array().into_iter().chain(lights).collect()
+}
+
+fn lights(gpu: &Gpu) -> Result<Buffer> {
+    let info = vk::BufferCreateInfo::default().size(lights_at(0).len() as u64 * 4);
+    let info = info.usage(vk::BufferUsageFlags::UNIFORM_BUFFER);
+    gpu.buffer("lights", &info, vk::MemoryPropertyFlags::HOST_VISIBLE | vk::MemoryPropertyFlags::HOST_COHERENT)
+}
+
+/// The descriptor set of all that fragment shaders read: binding 0 has the lights, 1 to 3 depth and the G-buffer, 4 the light, 5 the shadow map.
+fn descriptors(gpu: &Gpu, lights: &Buffer, gbuffer: &[vk::ImageView]) -> Result<Descriptors> {
+    let image = vk::DescriptorType::INPUT_ATTACHMENT;
+    let kinds = [vk::DescriptorType::UNIFORM_BUFFER, image, image, image, image, vk::DescriptorType::SAMPLED_IMAGE];
+    let binding = vk::DescriptorSetLayoutBinding::default().stage_flags(vk::ShaderStageFlags::FRAGMENT);
+    let binding = |(number, kind)| binding.binding(number).descriptor_type(kind).descriptor_count(1);
+    let bindings: Vec<_> = (0..).zip(kinds).map(binding).collect();
+    let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&bindings);
+    let sizes = kinds.map(|ty| vk::DescriptorPoolSize { ty, descriptor_count: 1 });
+    let pool = vk::DescriptorPoolCreateInfo::default().max_sets(1).pool_sizes(&sizes);
+    // SAFETY: what the structures point to lives until the calls return, and the buffer as long as the set.
+    unsafe {
+        let layout = gpu.device.create_descriptor_set_layout(&info, None)?;
+        let layouts = [gpu.own("set layout", layout, Device::destroy_descriptor_set_layout)?];
+        let pool = gpu.own("sets", gpu.device.create_descriptor_pool(&pool, None)?, Device::destroy_descriptor_pool)?;
+        let info = vk::DescriptorSetAllocateInfo::default().descriptor_pool(pool).set_layouts(&layouts);
+        let set = gpu.name("set", gpu.device.allocate_descriptor_sets(&info)?[0])?;
+        let buffer = [vk::DescriptorBufferInfo::default().buffer(lights.raw).range(vk::WHOLE_SIZE)];
+        let write = vk::WriteDescriptorSet::default().dst_set(set).descriptor_type(kinds[0]).buffer_info(&buffer);
+        gpu.device.update_descriptor_sets(&[write], &[]);
+        for (binding, view) in (1..).zip(gbuffer) {
+            let depth = Layout::DEPTH_STENCIL_READ_ONLY_OPTIMAL;
+            let layout = if binding == 1 || binding == 5 { depth } else { Layout::SHADER_READ_ONLY_OPTIMAL };
+            let read = [vk::DescriptorImageInfo::default().image_view(*view).image_layout(layout)];
+            let write = vk::WriteDescriptorSet::default().dst_set(set).dst_binding(binding);
+            let write = write.descriptor_type(kinds[binding as usize]);
+            gpu.device.update_descriptor_sets(&[write.image_info(&read)], &[]);
+        }
+        Ok((layout, set))
+    }
+}
+
+/// One subpass that draws depth.
+fn shadow_pass(gpu: &Gpu) -> Result<vk::RenderPass> {
+    // STORE: lighting reads the map in another render pass.
+    let layouts = [Layout::UNDEFINED, Layout::DEPTH_STENCIL_READ_ONLY_OPTIMAL];
+    let attachments = [attachment(DEPTH_FORMAT, LoadOp::CLEAR, StoreOp::STORE, layouts)];
+    let depth = vk::AttachmentReference { attachment: 0, layout: Layout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL };
+    let subpasses = [vk::SubpassDescription::default().depth_stencil_attachment(&depth)];
+    // `shadow-reuse`: this frame clears the map that the lighting of the last one reads. Shadows of two frames mix if this row is missing.
+    let reuse = vk::SubpassDependency::default().src_subpass(vk::SUBPASS_EXTERNAL).dst_subpass(0);
+    let reuse = reuse.src_stage_mask(Stage::FRAGMENT_SHADER).dst_stage_mask(Stage::EARLY_FRAGMENT_TESTS);
+    let reuse = reuse.dst_access_mask(Access::DEPTH_STENCIL_ATTACHMENT_WRITE);
+    // `shadow-to-lighting`: lighting reads any texel of the map, so all of it must be there: this row is not by region. Shadows are missing or old if it is absent.
+    let read = vk::SubpassDependency::default().src_subpass(0).dst_subpass(vk::SUBPASS_EXTERNAL);
+    let read = read.src_stage_mask(Stage::EARLY_FRAGMENT_TESTS | Stage::LATE_FRAGMENT_TESTS);
+    let read = read.dst_stage_mask(Stage::FRAGMENT_SHADER);
+    let read = read.src_access_mask(gpu.keep("shadow-write", Access::DEPTH_STENCIL_ATTACHMENT_WRITE));
+    let read = read.dst_access_mask(gpu.keep("shadow-read", Access::SHADER_READ));
+    let rows = [gpu.keep("shadow-reuse", vec![reuse]), gpu.keep("shadow-to-lighting", vec![read])].concat();
+    let info = vk::RenderPassCreateInfo::default().attachments(&attachments).subpasses(&subpasses).dependencies(&rows);
+    // SAFETY: what the structure points to lives until the call returns.
+    gpu.own("shadow pass", unsafe { gpu.device.create_render_pass(&info, None)? }, Device::destroy_render_pass)
+}
+
+/// Three subpasses: geometry draws the G-buffer, lighting reads it and adds up light, and tone mapping reads that and draws the picture.
+fn render_pass(gpu: &Gpu) -> Result<vk::RenderPass> {
+    // Nobody reads the G-buffer or depth after the pass: DONT_CARE saves writing them to memory.
+    let (clear, store, drop) = (LoadOp::CLEAR, StoreOp::STORE, gpu.keep("drop", StoreOp::DONT_CARE));
+    let read = [Layout::UNDEFINED, Layout::SHADER_READ_ONLY_OPTIMAL];
+    let [normal, albedo] = GBUFFER.map(|format| attachment(format, clear, drop, read));
+    let depth = attachment(DEPTH_FORMAT, clear, drop, [Layout::UNDEFINED, Layout::DEPTH_STENCIL_READ_ONLY_OPTIMAL]);
+    // CLEAR and UNDEFINED: old texels are not needed; LOAD would draw over them. STORE: DONT_CARE would allow the device to forget the picture when the pass ends.
+    // The pass leaves the picture in the layout in which the copy reads it.
+    let picture = attachment(FORMAT, clear, store, [Layout::UNDEFINED, Layout::TRANSFER_SRC_OPTIMAL]);
+    let light = attachment(LIGHT_FORMAT, clear, drop, read);
+    let attachments = [depth, normal, albedo, light, picture];
+    let stored = attachments.iter().filter(|attachment| attachment.store_op == store);
+    println!("{} bytes stored a pixel of {}", stored.count() * 4, attachments.len() * 4 + 4);
+    let reference = |attachment, layout| vk::AttachmentReference { attachment, layout };
+    let gbuffer = [1, 2].map(|number| reference(number, Layout::COLOR_ATTACHMENT_OPTIMAL));
+    let depth = reference(0, Layout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL);
+    let geometry = vk::SubpassDescription::default().color_attachments(&gbuffer).depth_stencil_attachment(&depth);
+    let [normal, albedo] = [1, 2].map(|number| reference(number, Layout::SHADER_READ_ONLY_OPTIMAL));
+    let inputs = [reference(0, Layout::DEPTH_STENCIL_READ_ONLY_OPTIMAL), normal, albedo];
+    let light = [reference(3, Layout::COLOR_ATTACHMENT_OPTIMAL)];
+    let lighting = vk::SubpassDescription::default().input_attachments(&inputs).color_attachments(&light);
+    // The shaders of a file number their inputs together.
+    let none = reference(vk::ATTACHMENT_UNUSED, Layout::UNDEFINED);
+    let lit = [none, none, none, reference(3, Layout::SHADER_READ_ONLY_OPTIMAL)];
+    let picture = [reference(4, Layout::COLOR_ATTACHMENT_OPTIMAL)];
+    let tonemap = vk::SubpassDescription::default().input_attachments(&lit).color_attachments(&picture);
+    // `gbuffer-reuse`: this frame overwrites the G-buffer that the lighting of the last one reads, and then drops: DONT_CARE counts as a write to the attachment.
+    // Depth was written last by its store, which belongs to the late tests; DONT_CARE counts as a write, too. The early tests clear it.
+    let reuse = vk::SubpassDependency::default().src_subpass(vk::SUBPASS_EXTERNAL).dst_subpass(0);
+    let last = Stage::FRAGMENT_SHADER | Stage::COLOR_ATTACHMENT_OUTPUT;
+    let reuse = reuse.src_stage_mask(last | gpu.keep("last-depth", Stage::LATE_FRAGMENT_TESTS));
+    let last_depth = gpu.keep("last-depth", Access::DEPTH_STENCIL_ATTACHMENT_WRITE);
+    let reuse = reuse.src_access_mask(gpu.keep("last-drop", Access::COLOR_ATTACHMENT_WRITE) | last_depth);
+    let reuse = reuse.dst_stage_mask(Stage::COLOR_ATTACHMENT_OUTPUT | Stage::EARLY_FRAGMENT_TESTS);
+    let clear_depth = gpu.keep("clear-depth", Access::DEPTH_STENCIL_ATTACHMENT_WRITE);
+    let reuse = reuse.dst_access_mask(Access::COLOR_ATTACHMENT_WRITE | clear_depth);
+    // `gbuffer-to-lighting`: a pixel reads the texels that geometry wrote there, and as the last user drops it, which is a write. BY_REGION: a pixel waits for its own region
+    // alone. Without that flag all pixels wait for all, and the G-buffer has to leave the tile.
+    let read = vk::SubpassDependency::default().src_subpass(0).dst_subpass(1);
+    // Early and late tests write depth, so both must be over. The drop of depth belongs to the late tests.
+    let tests = Stage::EARLY_FRAGMENT_TESTS | Stage::LATE_FRAGMENT_TESTS;
+    let read = read.src_stage_mask(Stage::COLOR_ATTACHMENT_OUTPUT | gpu.keep("depth-write", tests));
+    let last = Stage::COLOR_ATTACHMENT_OUTPUT | Stage::LATE_FRAGMENT_TESTS;
+    let read = read.dst_stage_mask(Stage::FRAGMENT_SHADER | last);
+    let depth_write = gpu.keep("depth-write", Access::DEPTH_STENCIL_ATTACHMENT_WRITE);
+    let read = read.src_access_mask(gpu.keep("gbuffer-write", Access::COLOR_ATTACHMENT_WRITE) | depth_write);
+    let input = gpu.keep("gbuffer-read", Access::INPUT_ATTACHMENT_READ);
+    let drop = Access::COLOR_ATTACHMENT_WRITE | Access::DEPTH_STENCIL_ATTACHMENT_WRITE;
+    let read = read.dst_access_mask(input | gpu.keep("gbuffer-drop", drop));
+    let read = read.dependency_flags(gpu.keep("by-region", vk::DependencyFlags::BY_REGION));
+    // `hdr-reuse`: this frame overwrites the light that the tone mapping of the last one reads, and then drops.
+    let hdr = vk::SubpassDependency::default().src_subpass(vk::SUBPASS_EXTERNAL).dst_subpass(1);
+    let hdr = hdr.src_stage_mask(Stage::FRAGMENT_SHADER | Stage::COLOR_ATTACHMENT_OUTPUT);
+    let hdr = hdr.src_access_mask(Access::COLOR_ATTACHMENT_WRITE).dst_stage_mask(Stage::COLOR_ATTACHMENT_OUTPUT);
+    let hdr = hdr.dst_access_mask(Access::COLOR_ATTACHMENT_WRITE);
+    // `hdr-to-tonemap`: tone mapping reads the light of its pixel, and drops it. A glow that takes light from its neighbours would have to end the render pass.
+    let map = vk::SubpassDependency::default().src_subpass(1).dst_subpass(2);
+    let map = map.dependency_flags(vk::DependencyFlags::BY_REGION).src_stage_mask(Stage::COLOR_ATTACHMENT_OUTPUT);
+    let map = map.dst_stage_mask(Stage::FRAGMENT_SHADER | Stage::COLOR_ATTACHMENT_OUTPUT);
+    let map = map.src_access_mask(gpu.keep("hdr-write", Access::COLOR_ATTACHMENT_WRITE));
+    let map = map.dst_access_mask(gpu.keep("hdr-read", Access::INPUT_ATTACHMENT_READ) | Access::COLOR_ATTACHMENT_WRITE);
+    let hdr_rows = [gpu.keep("hdr-reuse", vec![hdr]), gpu.keep("hdr-to-tonemap", vec![map])].concat();
+    // `reuse`: this frame overwrites the picture that the copy of the last one reads. The read must be over; it has written nothing, so it needs no mask. Without
+    // this row the picture changes its layout, and is cleared, while the copy still reads.
+    let again = vk::SubpassDependency::default().src_subpass(vk::SUBPASS_EXTERNAL).dst_subpass(2);
+    let again = again.src_stage_mask(Stage::TRANSFER).dst_stage_mask(Stage::COLOR_ATTACHMENT_OUTPUT);
+    let again = again.dst_access_mask(Access::COLOR_ATTACHMENT_WRITE);
+    // `read-back`: the copy reads the picture of this subpass, and may read it before it is drawn if this row is missing.
+    let read_back = vk::SubpassDependency::default().src_subpass(2).dst_subpass(vk::SUBPASS_EXTERNAL);
+    let read_back = read_back.src_stage_mask(Stage::COLOR_ATTACHMENT_OUTPUT).dst_stage_mask(Stage::TRANSFER);
+    let read_back = read_back.src_access_mask(Access::COLOR_ATTACHMENT_WRITE);
+    let read_back = read_back.dst_access_mask(gpu.keep("copy-read", Access::TRANSFER_READ));
+    let gbuffer_rows = [gpu.keep("gbuffer-reuse", vec![reuse]), gpu.keep("gbuffer-to-lighting", vec![read])].concat();
+    let rows =
+        [gbuffer_rows, hdr_rows, gpu.keep("reuse", vec![again]), gpu.keep("read-back", vec![read_back])].concat();
+    let subpasses = [geometry, lighting, tonemap];
+    let info = vk::RenderPassCreateInfo::default().attachments(&attachments).subpasses(&subpasses).dependencies(&rows);
+    // SAFETY: what the structure points to lives until the call returns.
+    gpu.own("render pass", unsafe { gpu.device.create_render_pass(&info, None)? }, Device::destroy_render_pass)
+}
+
+/// An attachment with its layouts before and after the pass.
+fn attachment(format: vk::Format, load: LoadOp, store: StoreOp, layouts: [Layout; 2]) -> vk::AttachmentDescription {
+    let attachment = vk::AttachmentDescription::default().format(format).samples(vk::SampleCountFlags::TYPE_1);
+    attachment.load_op(load).store_op(store).initial_layout(layouts[0]).final_layout(layouts[1])
+}
+
+/// The images that a render pass draws to, in the order of its attachments.
+fn framebuffer(
+    gpu: &Gpu,
+    pass: vk::RenderPass,
+    size: vk::Extent2D,
+    views: &[vk::ImageView],
+) -> Result<vk::Framebuffer> {
+    let info = vk::FramebufferCreateInfo::default().render_pass(pass).attachments(views);
+    let info = info.width(size.width).height(size.height).layers(1);
+    // SAFETY: pass and views are alive.
+    gpu.own("framebuffer", unsafe { gpu.device.create_framebuffer(&info, None)? }, Device::destroy_framebuffer)
+}
+
+/// The resources of shaders: a camera, which is recorded with the commands, and a set.
+fn layout(gpu: &Gpu, set: vk::DescriptorSetLayout) -> Result<vk::PipelineLayout> {
+    let matrix = [vk::PushConstantRange { stage_flags: vk::ShaderStageFlags::ALL_GRAPHICS, offset: 0, size: 128 }];
+    let sets = [set];
+    let info = vk::PipelineLayoutCreateInfo::default().push_constant_ranges(&matrix).set_layouts(&sets);
+    // SAFETY: what the structure points to lives until the call returns.
+    gpu.own("layout", unsafe { gpu.device.create_pipeline_layout(&info, None)? }, Device::destroy_pipeline_layout)
+}
+
+fn pipeline(gpu: &Gpu, pass: vk::RenderPass, layout: vk::PipelineLayout, number: usize) -> Result<vk::Pipeline> {
+    let (name, entries, targets) = PIPELINES[number];
+    let stages = [vk::ShaderStageFlags::VERTEX, vk::ShaderStageFlags::FRAGMENT].into_iter().zip(entries);
+    let stages = stages.map(|(stage, entry)| gpu.stage(stage, *entry)).collect::<Result<Vec<_>>>()?;
+    // The entry point `screen` has no inputs and ignores these; lighting tests no depth.
+    let stride = [vk::VertexInputBindingDescription::default().stride(size_of::<Vertex>() as u32)];
+    let attribute = vk::VertexInputAttributeDescription::default().format(vk::Format::R32G32B32_SFLOAT);
+    // Position, normal, colour, roughness with metal.
+    let mut attributes = [0, 1, 2, 3].map(|location| attribute.location(location).offset(location * 12));
+    attributes[3].format = vk::Format::R32G32_SFLOAT;
+    let input = vk::PipelineVertexInputStateCreateInfo::default();
+    let input = input.vertex_binding_descriptions(&stride).vertex_attribute_descriptions(&attributes);
+    let assembly = vk::PipelineInputAssemblyStateCreateInfo::default().topology(vk::PrimitiveTopology::TRIANGLE_LIST);
+    let size = if number == 3 { MAP_SIZE } else { SIZE };
+    let viewports = [vk::Viewport::default().width(size.width as f32).height(size.height as f32).max_depth(1.0)];
+    let scissors = [size.into()];
+    let viewport = vk::PipelineViewportStateCreateInfo::default().viewports(&viewports).scissors(&scissors);
+    // Seen from the front, the corners of a triangle run counter-clockwise. Triangles that are seen from behind are left out.
+    let raster = vk::PipelineRasterizationStateCreateInfo::default().cull_mode(vk::CullModeFlags::BACK).line_width(1.0);
+    let raster = raster.front_face(vk::FrontFace::COUNTER_CLOCKWISE);
+    // A texel has one depth for all of its area, and the filter looks at its neighbours: a slanted surface must go back by its rise within two texels, or it
+    // shadows itself.
+    let raster = raster.depth_bias_enable(number == 3 && gpu.keep("bias", true)).depth_bias_slope_factor(-2.5);
+    let samples = vk::PipelineMultisampleStateCreateInfo::default();
+    let samples = samples.rasterization_samples(vk::SampleCountFlags::TYPE_1);
+    // Reversed Z: nearer surfaces have a greater depth.
+    let depth = vk::PipelineDepthStencilStateCreateInfo::default().depth_test_enable(true);
+    let depth = depth.depth_write_enable(true).depth_compare_op(vk::CompareOp::GREATER);
+    let target = vk::PipelineColorBlendAttachmentState::default().color_write_mask(vk::ColorComponentFlags::RGBA);
+    let targets = vec![target; targets];
+    let blend = vk::PipelineColorBlendStateCreateInfo::default().attachments(&targets);
+    // SAFETY: what the structures point to lives until the calls return.
+    unsafe {
+        let info = vk::GraphicsPipelineCreateInfo::default().stages(&stages).layout(layout).render_pass(pass);
+        let info = info.subpass(number as u32 % 3);
+        let info = info.vertex_input_state(&input).input_assembly_state(&assembly).viewport_state(&viewport);
+        let info = info.depth_stencil_state(&depth);
+        let info = [info.rasterization_state(&raster).multisample_state(&samples).color_blend_state(&blend)];
+        let made = gpu.device.create_graphics_pipelines(vk::PipelineCache::null(), &info, None);
+        gpu.own(name, made.map_err(|(_, error)| error)?[0], Device::destroy_pipeline)
+    }
+}
+
+/// An image that only the device sees, so that it may order texels as suits it.
+fn target(gpu: &Gpu, name: &str, format: vk::Format, usage: vk::ImageUsageFlags) -> Result<Image> {
+    let size = if usage.contains(vk::ImageUsageFlags::SAMPLED) { MAP_SIZE } else { SIZE };
+    let info = vk::ImageCreateInfo::default()
+        .image_type(vk::ImageType::TYPE_2D)
+        .format(format)
+        .extent(size.into())
+        .mip_levels(1)
+        .array_layers(1)
+        .samples(vk::SampleCountFlags::TYPE_1)
+        .tiling(vk::ImageTiling::OPTIMAL)
+        .usage(usage);
+    // Lazily allocated memory is for transient images alone: a device has none to allocate as long as they stay in its tiles.
+    gpu.image(name, &info, &[vk::MemoryPropertyFlags::LAZILY_ALLOCATED, vk::MemoryPropertyFlags::DEVICE_LOCAL])
+}
+
+/// A buffer for pictures, row after row, that the host sees. Were its memory not coherent, the host would have to call
+/// vkInvalidateMappedMemoryRanges before it reads.
+fn pixels(gpu: &Gpu, size: u64) -> Result<Buffer> {
+    let info = vk::BufferCreateInfo::default().size(size).usage(vk::BufferUsageFlags::TRANSFER_DST);
+    gpu.buffer("pixels", &info, vk::MemoryPropertyFlags::HOST_VISIBLE | vk::MemoryPropertyFlags::HOST_COHERENT)
+}
+
+fn command_buffer(gpu: &Gpu) -> Result<vk::CommandBuffer> {
+    let info = vk::CommandPoolCreateInfo::default().queue_family_index(gpu.family);
+    let info = info.flags(vk::CommandPoolCreateFlags::RESET_COMMAND_BUFFER);
+    // SAFETY: the device is alive, and the pool outlives its buffers.
+    unsafe {
+        let pool = gpu.own("commands", gpu.device.create_command_pool(&info, None)?, Device::destroy_command_pool)?;
+        let info = vk::CommandBufferAllocateInfo::default().command_pool(pool).command_buffer_count(1);
+        gpu.name("frame", gpu.device.allocate_command_buffers(&info)?[0])
+    }
+}
+
+/// Hands the commands to the queue, and waits until they are done.
+fn submit(gpu: &Gpu, cmd: vk::CommandBuffer) -> Result<()> {
+    let (commands, info) = ([cmd], vk::FenceCreateInfo::default());
+    // SAFETY: the command buffer is recorded, and what it uses is alive.
+    unsafe {
+        let done = gpu.own("frame is done", gpu.device.create_fence(&info, None)?, Device::destroy_fence)?;
+        gpu.device.queue_submit(gpu.queue, &[vk::SubmitInfo::default().command_buffers(&commands)], done)?;
+        // The queue works on its own. Without this line the host reads the buffer before the device has written it.
+        if gpu.keep("fence", true) {
+            gpu.device.wait_for_fences(&[done], true, u64::MAX)?;
+        }
+    }
+    Ok(())
+}
