@@ -88,7 +88,7 @@ fn added() -> String {
         git.args(["diff", "-U0", revision, "--", "*.rs", "*.wgsl"]).current_dir(env!("AFTERLIGHT_ROOT"));
         git.output().map(|output| String::from_utf8_lossy(&output.stdout).into_owned()).unwrap_or_default()
     };
-    diff("HEAD~1") + &diff("HEAD")
+    diff("HEAD~1")
 }
 
 #[test]
@@ -110,7 +110,8 @@ fn few_sentences_of_comments_must_be_read_twice() {
     assert!(all.len() > 10_000, "only {} sentences were found", all.len());
     let added = added();
     let is_new = |own: &&&Sentence| {
-        own.text.split(' ').collect::<Vec<_>>().chunks(6).any(|words| added.contains(&words.join(" ")))
+        let words: Vec<_> = own.text.split(' ').collect();
+        words.windows(words.len().min(6)).any(|part| added.contains(&part.join(" ")))
     };
     let new: Vec<_> = odd.iter().filter(is_new).map(|own| format!("{}:{}: {}", own.file, own.line, own.text)).collect();
     assert!(

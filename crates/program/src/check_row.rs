@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::io::{self, Read as _};
 use std::path::PathBuf;
 
-use afterlight::frame::rows::{RowPart, Side};
+use afterlight::frame::rows::{RowPart, SUPPORTED, Side, masks};
 use afterlight::gpu::sync::Use;
 use afterlight::gpu::vk::{AccessFlags2, ImageLayout, PipelineStageFlags2};
 use afterlight::scene::counted;
@@ -22,6 +22,9 @@ const MOST_BYTES: u64 = 1 << 20;
 
 /// The most frames: each costs time, and the third finds nothing that the second does not.
 const MOST_FRAMES: usize = 8;
+
+/// The most steps: the search for parts that can be left out judges the whole file again for each of them.
+const MOST_STEPS: usize = 64;
 
 /// Judge rows that you wrote: which hazards they leave, and what of them is more than needed
 #[derive(Debug, clap::Args)]
@@ -69,8 +72,7 @@ struct Step {
     uses: Vec<UseEntry>,
     render_pass: Option<u32>,
     row: Option<String>,
-    #[serde(default)]
-    of: Vec<String>,
+    of: Option<Vec<String>>,
     before: Option<Mask>,
     after: Option<Mask>,
     layouts: Option<[String; 2]>,
@@ -112,10 +114,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let bytes = bytes.map_err(|error| Failure::new(Exit::BadInput, format!("cannot read {name}: {error}")))?;
     let text = String::from_utf8(bytes)
         .map_err(|error| Failure::new(Exit::BadInput, format!("{name}: {}", error.utf8_error())))?;
-    let sequence = parse(&text).map_err(|(offset, why)| {
-        let line = text[..offset.min(text.len())].lines().count().max(1);
-        Failure::new(Exit::BadInput, format!("{name}:{line}: {why}"))
-    })?;
+    let sequence = parse(&text)
+        .map_err(|(offset, why)| Failure::new(Exit::BadInput, format!("{name}:{}: {why}", line_of(&text, offset))))?;
     let (hazards, superfluous) = (sequence.hazards(), sequence.superfluous());
     let mut report = String::new();
     if !hazards.is_empty() {
@@ -134,17 +134,34 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             let _ = writeln!(report, "  {}", in_a_line(own));
         }
     }
+    let discarded = sequence.discarded();
+    if !discarded.is_empty() {
+        let _ = writeln!(report, "What is discarded:");
+        for [row, image, pass] in &discarded {
+            let _ = writeln!(
+                report,
+                "  {pass} reads {image}, whose contents the row {row} discards: it changes the layout from UNDEFINED"
+            );
+        }
+    }
     if report.is_empty() {
         report = "The rows order all that must be ordered, and nothing more\n".into();
     }
     output::write_stdout(report.as_bytes())?;
-    match (hazards.len(), superfluous.len()) {
+    match (hazards.len() + discarded.len(), superfluous.len()) {
         (0, 0) => Ok(()),
+        (0, 1) => Err(Failure::new(Exit::FailedCheck, "1 part of the rows can be left out")),
         (0, count) => {
-            Err(Failure::new(Exit::FailedCheck, format!("{} of the rows can be left out", counted(count, "part"))))
+            let why = format!("{count} parts of the rows can be left out, each while the others stay");
+            Err(Failure::new(Exit::FailedCheck, why))
         }
-        (count, _) => Err(Failure::new(Exit::FailedCheck, format!("the rows leave {}", counted(count, "hazard")))),
+        (count, _) => Err(Failure::new(Exit::FailedCheck, format!("the rows leave {}", counted(count, "fault")))),
     }
+}
+
+/// The line of a place in a text, from 1.
+fn line_of(text: &str, offset: usize) -> usize {
+    1 + text.bytes().take(offset).filter(|&byte| byte == b'\n').count()
 }
 
 fn read_stdin() -> io::Result<Vec<u8>> {
@@ -177,6 +194,11 @@ fn parse(text: &str) -> Result<Sequence, (usize, String)> {
     if !(1..=MOST_FRAMES).contains(&frames) {
         return Err((file.frames.span().start, format!("frames are 1 to {MOST_FRAMES}, and not {frames}")));
     }
+    if let Some(more) = file.step.get(MOST_STEPS) {
+        let why = format!("a file has at most {MOST_STEPS} steps, and not {}", file.step.len());
+        return Err((more.span().start, why));
+    }
+    let begins: Vec<_> = file.step.iter().map(|step| step.span().start).collect();
     let steps = file.step.into_iter().map(|step| {
         let at = step.span().start;
         step.into_inner().sequence_step().map_err(|why| (at, why))
@@ -192,8 +214,22 @@ fn parse(text: &str) -> Result<Sequence, (usize, String)> {
         SequenceStep::Pass(..) => None,
     });
     if let Some((row, name)) = names.flatten().find(|(_, name)| !used(name)) {
-        let at = text.find(&format!("\"{row}\"")).unwrap_or(0);
+        let at = text.find(&format!("row = \"{row}\"")).unwrap_or(0);
         return Err((at, format!("the row {row} is of {name:?}, which no pass uses")));
+    }
+    let render_pass = |step: &SequenceStep| match step {
+        SequenceStep::Pass(_, _, number) => Some(*number),
+        SequenceStep::Row(_) => None,
+    };
+    for (index, step) in steps.iter().enumerate() {
+        let SequenceStep::Row(SequenceRow { name, by_region: true, .. }) = step else { continue };
+        let before = steps[..index].iter().rev().find_map(render_pass).flatten();
+        let after = steps[index..].iter().find_map(render_pass).flatten();
+        if before.is_none() || before != after {
+            let why =
+                format!("the row {name} is by region, so that it must stand between two passes of one render_pass");
+            return Err((begins[index], why));
+        }
     }
     Ok(Sequence { steps, frames })
 }
@@ -203,7 +239,7 @@ impl Step {
         match (self.pass, self.row) {
             (Some(pass), None) => {
                 let of_rows =
-                    !self.of.is_empty() || self.before.is_some() || self.after.is_some() || self.layouts.is_some();
+                    self.of.is_some() || self.before.is_some() || self.after.is_some() || self.layouts.is_some();
                 if of_rows || self.by_region {
                     return Err(format!("{pass} is a pass: of, before, after, layouts and by_region are of rows"));
                 }
@@ -221,12 +257,19 @@ impl Step {
                 let (before, after) = (mask(self.before, "before")?, mask(self.after, "after")?);
                 let layouts = match self.layouts {
                     None => None,
-                    Some(_) if self.of.is_empty() => {
+                    Some(_) if self.of.is_none() => {
                         return Err(format!("the row {row} changes layouts, so `of` must name its images"));
                     }
                     Some([from, to]) => Some([layout(&from)?, layout(&to)?]),
                 };
-                let memory = self.of.into_iter().map(kept).collect();
+                let of = self.of.unwrap_or_else(|| vec![String::new()]);
+                if of.is_empty() {
+                    return Err(format!("`of` of the row {row} is empty: leave it out for all memory"));
+                }
+                if let Some(twice) = (1..of.len()).find(|&at| of[..at].contains(&of[at])) {
+                    return Err(format!("the row {row} names {:?} twice", of[twice]));
+                }
+                let memory = of.into_iter().filter(|name| !name.is_empty()).map(kept).collect();
                 let name = kept(row);
                 Ok(SequenceStep::Row(SequenceRow { name, memory, before, after, layouts, by_region: self.by_region }))
             }
@@ -247,6 +290,20 @@ impl UseEntry {
         let uses = Use::new(stages(&self.stage)?, accesses(&self.access)?);
         if uses.access.is_empty() {
             return Err(format!("the use of {:?} has no access, so that it reads and writes nothing", self.of));
+        }
+        // The proof takes each stage with each access that it supports: what fits nothing would be no use at all.
+        let is_known = |bit: &Use| {
+            SUPPORTED.iter().any(|&(access, stages)| match bit.access.is_empty() {
+                true => bit.stage.intersects(stages) && uses.access.contains(access),
+                false => bit.access == access && uses.stage.intersects(stages),
+            })
+        };
+        if let Some(bit) = masks::bits(uses).find(|bit| !is_known(bit)) {
+            let name = if bit.access.is_empty() { bit.stages() } else { bit.accesses() };
+            return Err(format!(
+                "the use of {:?} has {name}, which fits no other part of it, or is unknown to the proof",
+                self.of
+            ));
         }
         Ok(SequenceUse { memory: kept(self.of), uses, layout, own_pixel: self.own_pixel })
     }
@@ -277,7 +334,10 @@ fn named(text: &str, kind: &str, name: impl Fn(u64) -> String) -> Result<u64, St
         let own = if word == "TRANSFER" { "ALL_TRANSFER" } else { word };
         let found = (0..u64::BITS).map(|bit| 1 << bit).find(|&bit| name(bit) == own);
         bits |= found.ok_or_else(|| {
-            let all: Vec<_> = (0..u64::BITS).map(|bit| name(1 << bit)).filter(|own| is_word(own)).collect();
+            let all: Vec<_> = (0..u64::BITS)
+                .map(|bit| name(1 << bit))
+                .filter(|own| is_word(own) && strsim::jaro_winkler(own, word) > 0.8)
+                .collect();
             let near = all
                 .iter()
                 .max_by(|one, other| strsim::jaro_winkler(one, word).total_cmp(&strsim::jaro_winkler(other, word)));

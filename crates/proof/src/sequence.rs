@@ -70,12 +70,41 @@ pub struct Sequence {
 impl Sequence {
     /// Finds the hazards that the rows leave. Every image begins in the layout of its first use, unless a row changes it before.
     pub fn hazards(&self) -> Vec<Hazard> {
-        hazards_of(&self.program()).collect()
+        hazards_of(&self.program(self.first_layouts())).collect()
     }
 
-    /// Finds what can be left out: rows, and stages and accesses of rows, without which there is no hazard either. It is empty while there are hazards.
+    /// Finds passes that only read an image whose contents a row has discarded, by a change from UNDEFINED: the row, the image and the pass.
+    pub fn discarded(&self) -> Vec<[&'static str; 3]> {
+        let (mut lost, mut found): (Vec<[&'static str; 2]>, Vec<_>) = (Vec::new(), Vec::new());
+        for step in (0..self.frames).flat_map(|_| &self.steps) {
+            match step {
+                SequenceStep::Row(row) if row.layouts.is_some_and(|[from, _]| from == ImageLayout::UNDEFINED) => {
+                    lost.retain(|[_, name]| !row.memory.contains(name));
+                    lost.extend(row.memory.iter().map(|name| [row.name, name]));
+                }
+                SequenceStep::Row(_) => {}
+                SequenceStep::Pass(pass, uses, _) => {
+                    let is_used = |[_, name]: &[&str; 2]| uses.iter().any(|own| own.memory == *name);
+                    let writes = |own: &SequenceUse| !own.uses.writes().access.is_empty();
+                    let is_written = |name| uses.iter().any(|own| own.memory == name && writes(own));
+                    let (used, others): (Vec<_>, Vec<_>) = lost.into_iter().partition(is_used);
+                    found.extend(
+                        used.into_iter().filter(|[_, name]| !is_written(*name)).map(|[row, name]| [row, name, *pass]),
+                    );
+                    lost = others;
+                }
+            }
+        }
+        found.sort_unstable();
+        found.dedup();
+        found
+    }
+
+    /// Finds rows, and stages and accesses of rows, each of which can be left out without a hazard while the others stay. It is empty while there are hazards.
     pub fn superfluous(&self) -> Vec<Superfluous> {
-        if !self.is_safe() {
+        // Without a row, too, images begin in the layouts that the whole sequence gives them.
+        let begin = self.first_layouts();
+        if !self.is_safe(&begin) {
             return Vec::new();
         }
         let rows = self.steps.iter().enumerate().filter_map(|(index, step)| match step {
@@ -87,7 +116,7 @@ impl Sequence {
             let bits = |side, mask| masks::bits(mask).map(move |bits| RowPart::Bits(side, bits));
             let parts = [RowPart::Row].into_iter().chain(bits(Side::Before, row.before));
             for part in parts.chain(bits(Side::After, row.after)) {
-                if self.without(index, row, part).is_safe() {
+                if self.without(index, row, part).is_safe(&begin) {
                     found.push(Superfluous { row: row.name, part });
                     // The bits of a row that is not needed are not, either.
                     if part == RowPart::Row {
@@ -99,8 +128,8 @@ impl Sequence {
         found
     }
 
-    fn is_safe(&self) -> bool {
-        hazards_of(&self.program()).next().is_none()
+    fn is_safe(&self, begin: &[(Memory, ImageLayout)]) -> bool {
+        hazards_of(&self.program(begin.to_vec())).next().is_none()
     }
 
     fn without(&self, index: usize, row: &SequenceRow, part: RowPart) -> Self {
@@ -119,8 +148,8 @@ impl Sequence {
         Self { steps, frames: self.frames }
     }
 
-    fn program(&self) -> Program {
-        let mut program = Program::with_layouts(self.first_layouts());
+    fn program(&self, begin: Vec<(Memory, ImageLayout)>) -> Program {
+        let mut program = Program::with_layouts(begin);
         for frame in 1..=self.frames {
             program.frame = frame;
             // The number of the render pass that is under way, and its instance.

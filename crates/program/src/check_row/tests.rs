@@ -88,11 +88,45 @@ fn faults_of_a_file_name_their_place() {
         ("of = [\"albedo\"]\n", "", "`of` must name its images"),
         ("render_pass = 1\n", "", "needs a render_pass"),
         ("\"SHADER_READ_ONLY_OPTIMAL\"]", "\"SHADER\"]", "is none of the layouts UNDEFINED, "),
+        ("\"INPUT_ATTACHMENT_READ\", layout", "\"UNIFORM_READ\", layout", "unknown to the proof"),
+        (
+            "pass = \"LIGHTING\"\nrender_pass = 1",
+            "pass = \"LIGHTING\"\nrender_pass = 2",
+            "two passes of one render_pass",
+        ),
+        ("of = [\"albedo\"]", "of = []", "is empty"),
+        ("of = [\"albedo\"]", "of = [\"albedo\", \"albedo\"]", "twice"),
         ("by_region", "by_regions", "unknown field `by_regions`"),
     ] {
         assert!(SUBPASSES.contains(from), "{from}");
         let (at, told) = parse(&SUBPASSES.replacen(from, to, 1)).expect_err(why);
         assert!(told.contains(why), "{told}");
-        assert!(at <= SUBPASSES.len(), "{told}");
+        // The step that has the fault, or its line.
+        let changed = SUBPASSES.replacen(from, to, 1);
+        let line = changed.lines().nth(line_of(&changed, at) - 1).unwrap_or_default();
+        assert!(
+            ["[[step]]", "row = "].iter().any(|own| line.starts_with(own))
+                || line.contains(to.trim_end()) && !to.is_empty(),
+            "{told}: {line}"
+        );
     }
+}
+
+#[test]
+fn contents_that_are_read_must_not_be_discarded() {
+    let discards = SUBPASSES.replace("layouts = [\"COLOR_ATTACHMENT_OPTIMAL\"", "layouts = [\"UNDEFINED\"");
+    let sequence = parse(&discards).unwrap_or_else(|(at, why)| panic!("at {at}: {why}"));
+    assert_eq!(sequence.discarded(), [["geometry-to-lighting", "albedo", "LIGHTING"]]);
+    let kept = parse(SUBPASSES).unwrap_or_else(|(at, why)| panic!("at {at}: {why}"));
+    assert!(kept.discarded().is_empty());
+}
+
+#[test]
+fn a_first_layout_change_is_needed_and_long_files_are_refused() {
+    let step = "[[step]]\nrow = \"first\"\nof = [\"a\"]\nbefore = { stage = \"TOP_OF_PIPE\" }\n\
+                after = { stage = \"COMPUTE_SHADER\", access = \"SHADER_WRITE\" }\nlayouts = [\"UNDEFINED\", \"GENERAL\"]\n\
+                [[step]]\npass = \"A\"\nuses = [{ of = \"a\", stage = \"COMPUTE_SHADER\", access = \"SHADER_WRITE\", layout = \"GENERAL\" }]\n";
+    assert_eq!(judged(step), (0, Vec::new()));
+    let (_, why) = parse(&step.repeat(40)).expect_err("it is long");
+    assert_eq!(why, "a file has at most 64 steps, and not 80");
 }
