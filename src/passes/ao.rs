@@ -37,7 +37,6 @@ pub const PASS: Pass = Pass {
     make: Some(|own| Ok(Box::new(AoPass::new(own)?))),
 };
 
-/// The pass.
 pub struct AoPass {
     pass: PerPixelPass,
     size: [u32; 2],

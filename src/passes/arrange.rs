@@ -36,7 +36,6 @@ pub const PASS: Pass = Pass {
     }),
 };
 
-/// The pass.
 pub struct ArrangePass(CullingPipeline);
 
 impl PassRecorder for ArrangePass {

@@ -33,7 +33,6 @@ pub const PASS: Pass = Pass {
     make: Some(|own| Ok(Box::new(CompositePass::new(own)?))),
 };
 
-/// The pass.
 pub struct CompositePass {
     screen: Screen,
     pub inputs: InputSet,

@@ -39,7 +39,6 @@ pub const PASS: Pass = Pass {
     }),
 };
 
-/// The pass.
 pub struct CullPass(CullingPipeline);
 
 impl PassRecorder for CullPass {

@@ -34,7 +34,6 @@ pub const PASS: Pass = Pass {
     }),
 };
 
-/// The pass.
 pub struct FillPass(CullingPipeline);
 
 impl PassRecorder for FillPass {

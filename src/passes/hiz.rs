@@ -31,7 +31,6 @@ pub const PASS: Pass = Pass {
     make: Some(|own| Ok(Box::new(HizPass::new(own)?))),
 };
 
-/// The pass.
 pub struct HizPass {
     pass: PerPixelPass,
     tiles: [u32; 2],

@@ -33,7 +33,6 @@ pub const PASS: Pass = Pass {
 /// Edge of a work group in columns.
 const GROUP: u32 = group_edge(shader::WORKGROUP_SIZE);
 
-/// The pass.
 pub struct IntegratePass {
     layout: Owned<vk::PipelineLayout>,
     pipeline: Owned<vk::Pipeline>,

@@ -55,7 +55,6 @@ pub const PASS: Pass = Pass {
     }),
 };
 
-/// The pass.
 pub struct ParticlePass {
     pub inputs: InputSet,
     layout: Owned<vk::PipelineLayout>,

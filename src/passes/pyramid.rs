@@ -39,7 +39,6 @@ pub const PASS: Pass = Pass {
 const COMPUTE: vk::ShaderStageFlags = vk::ShaderStageFlags::COMPUTE;
 const KINDS: [vk::DescriptorType; 2] = [vk::DescriptorType::SAMPLED_IMAGE, vk::DescriptorType::STORAGE_BUFFER];
 
-/// The pass.
 pub struct PyramidPass {
     layout: Owned<vk::PipelineLayout>,
     pipeline: Owned<vk::Pipeline>,

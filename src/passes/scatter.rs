@@ -33,7 +33,6 @@ pub const PASS: Pass = Pass {
 /// Edge of a work group in froxels.
 const GROUP: u32 = group_edge(shader::WORKGROUP_SIZE);
 
-/// The pass.
 pub struct ScatterPass {
     /// Set 0 names it.
     froxels: Buffer,

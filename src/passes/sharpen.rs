@@ -35,7 +35,6 @@ pub const PASS: Pass = Pass {
     make: Some(|own| Ok(Box::new(SharpenPass::new(own)?))),
 };
 
-/// The pass.
 pub struct SharpenPass {
     screen: Screen,
     layout: SetLayout,

@@ -29,7 +29,6 @@ pub const PASS: Pass = Pass {
     make: Some(|own| Ok(Box::new(SkyPass::new(own.device, own.plan, own.slot()?, own.layouts)?))),
 };
 
-/// The pass.
 pub struct SkyPass {
     screen: Screen,
 }

@@ -62,7 +62,6 @@ const _: () = {
 /// A dispatch: true if it is within blocks, false over all keys; and its push constants.
 type SortDispatch = (bool, SortPush);
 
-/// The pass.
 pub struct SortPass {
     layout: Owned<vk::PipelineLayout>,
     /// Pipelines over all keys, and within blocks.

@@ -130,7 +130,6 @@ impl Background {
     }
 }
 
-/// The pass.
 pub struct TiledPass {
     layout: Owned<vk::PipelineLayout>,
     pipeline: Owned<vk::Pipeline>,

@@ -38,7 +38,6 @@ fn is_in(plan: &FramePlan) -> bool {
     plan.on_picture.vignette > 0.0 || plan.on_picture.grain > 0.0
 }
 
-/// The pass.
 pub struct TonePass {
     screen: Screen,
 }

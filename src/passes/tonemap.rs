@@ -43,7 +43,6 @@ pub const PASS: Pass = Pass {
 };
 // ANCHOR_END: pass
 
-/// The pass.
 pub struct TonemapPass {
     screen: Screen,
     pub inputs: InputSet,

@@ -51,7 +51,6 @@ fn touches(plan: &FramePlan) -> Vec<ResourceUse> {
     touches
 }
 
-/// The pass.
 pub struct ViewPass {
     screen: Screen,
     pub inputs: Option<InputSet>,
